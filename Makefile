@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
   lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle generators \
-  cluster clean
+  cluster tracing clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -23,6 +23,7 @@ help:
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make generators  install what tests check the specifications with (CI does)"
 	@echo "make cluster     install Dask, for --cluster (CI does)"
+	@echo "make tracing     install what sends traces of rides, for OTEL_EXPORTER_OTLP_ENDPOINT (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
@@ -170,14 +171,18 @@ generators: var/generators/installed web/tools/node_modules/installed
 cluster: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/cluster.txt
 
+# OpenTelemetry, for traces of rides.
+tracing: .venv/installed
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/tracing.txt
+
 var/generators/installed: requirements/generators.txt
 	$(PYTHON) -m venv var/generators
 	var/generators/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
 	  -r requirements/generators.txt
 	@touch $@
 
-# run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt and mutants.txt are what
-# those extras need besides.
+# run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt, mutants.txt and so on
+# are what those extras need besides; tracing.txt goes with run.txt.
 COMPILE = $(PY) -m uv pip compile --universal --python-version 3.11 --generate-hashes --quiet --no-header \
   --no-annotate
 LOCKED = $(COMPILE) pyproject.toml
@@ -190,6 +195,8 @@ lock: .venv/installed
 	for extra in cluster oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
+	$(LOCKED) --extra tracing -c requirements/lock.txt -o requirements/tracing.txt \
+	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/run.txt)
 
 # gtsam (110 MB), by which a test and `benchmarks.planner --oracle` find the path's optimum a second time.
 oracle: .venv/installed

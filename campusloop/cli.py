@@ -6,6 +6,8 @@ from importlib import import_module
 
 import typer
 
+from vehicle_agent.runtime.processes.journal import write_journal
+
 _COMMANDS = (
     "demo",
     "map",
@@ -62,6 +64,7 @@ def app_of(names: Iterable[str] = _COMMANDS) -> typer.Typer:
 def main() -> None:
     """Import only the command that is named first: the others import a server or a vehicle."""
     named = [name for name in sys.argv[1:2] if name in _COMMANDS]
+    write_journal(named[0] if named else "campusloop")
     app_of(named or _COMMANDS)()
 
 

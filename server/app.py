@@ -14,10 +14,12 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from contract.tracing import RideSpans, Spans
 from server.api.metrics.measurements import Measurements
 from server.api.metrics.request_durations import RequestDurations
 from server.api.pages import page_response, read_pages
 from server.api.plain_text_errors import PlainTextErrors
+from server.api.request_ids import RequestIds
 from server.api.rides.booking_batcher import BookingBatcher
 from server.api.routers import bare_app
 from server.api.runs.offload import Offload
@@ -38,6 +40,7 @@ from server.loops.retention import RetentionLoop
 from server.loops.series import SeriesScheduler
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
+from server.loops.webhooks import WebhookDeliveries
 from server.settings import PREFIX, Settings, SettingsError
 from server.store.segments.choice import open_segment_store
 from server.store.segments.segment_store import SegmentStore, SegmentStoreError
@@ -48,6 +51,7 @@ from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.solver import Solver
 from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.ports.webhooks import WebhookSender
 
 PASSWORD_CHECKS_MAX = 2
 
@@ -66,6 +70,8 @@ class Ports:
     loops   standing tasks, started with the application
     retry   how failed standing tasks are repeated; in virtual time a failure ends the run
     end     ends the process because a standing task cannot do its work
+    webhook_sender  None: nothing is sent to other networks, as in virtual time
+    spans   of rides; None: they are not traced
     has_our_tables  the database is at this version's migration; it may block
     close   called last, after every task has ended
     """
@@ -80,6 +86,8 @@ class Ports:
     loops: tuple[StandingTask, ...] = ()
     retry: RetryPolicy = FAIL_AT_ONCE
     end: Callable[[str, BaseException], None] = tell_event_loop
+    webhook_sender: WebhookSender | None = None
+    spans: Spans | None = None
     has_our_tables: Callable[[], bool] = lambda: True
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
 
@@ -98,22 +106,28 @@ def create_app(settings: Settings, ports: Ports) -> FastAPI:
     if settings.hosts():
         app.add_middleware(HostCheck, hosts=settings.hosts())
     app.add_middleware(SecurityHeaders, with_tls=settings.has_tls())
-    # The outermost: all others go by the client's address.
+    # Outside of all that go by the client's address.
     app.add_middleware(ClientAddresses, trusted=settings.proxies(), header=settings.forwarded_header)
+    # The outermost: every answer has an id.
+    app.add_middleware(RequestIds, ids=ports.ids)
     app.router.default = _pages(services, app.router.default)
     return app
 
 
 def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     """The loops that run beside the endpoints, over the same ports."""
-    transactions, ids = ports.transactions, ports.ids
-    return (
+    transactions, ids, sender = ports.transactions, ports.ids, ports.webhook_sender
+    tasks: tuple[StandingTask, ...] = (
         Dispatcher(transactions, ports.bus, ports.solver, ids, ports.campus_id).task,
         DepartureScheduler(transactions, ids.new_id("departures")).task,
         SeriesScheduler(transactions, ids.new_id("series-clerk")).task,
         SilenceMonitor(transactions).task,
         RetentionLoop(transactions).task,
     )
+    if sender is not None:
+        holder = ids.new_id("webhooks")
+        tasks += (WebhookDeliveries(transactions, sender, ports.clock, ids, holder).task,)
+    return tasks
 
 
 def services_of_app(app: FastAPI) -> Services:
@@ -141,6 +155,7 @@ def _pages(services: Services, otherwise: ASGIApp) -> ASGIApp:
 
 def _services(settings: Settings, ports: Ports) -> Services:
     supervisor = Supervisor(ports.clock, ports.ids, ports.retry, ports.end)
+    spans = None if ports.spans is None else RideSpans(ports.spans)
     hub = Hub(
         ports.campus_id,
         ports.clock,
@@ -149,6 +164,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         ports.bus,
         supervisor,
         settings.hello_timeout_s,
+        spans,
     )
     return Services(
         campus_id=ports.campus_id,
@@ -156,7 +172,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         clock=ports.clock,
         ids=ports.ids,
         transactions=ports.transactions,
-        bookings=BookingBatcher(ports.transactions),
+        bookings=BookingBatcher(ports.transactions, ports.clock, spans),
         bus=ports.bus,
         offload=ports.offload,
         segments=_segments(settings),
@@ -184,6 +200,8 @@ def _services(settings: Settings, ports: Ports) -> Services:
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,
+        webhook_sender=ports.webhook_sender,
+        spans=spans,
         pages=read_pages(settings.web_dist),
     )
 

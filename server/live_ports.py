@@ -38,6 +38,7 @@ from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.record import identity
 from server.usecases.rides import tickets
+from server.webhook_sender import HttpWebhookSender
 
 DAY_S = 86_400
 BUS_TIMEOUT_S = 5.0
@@ -60,11 +61,13 @@ async def live_ports(
     settings: Settings,
     clock: Clock | None = None,
     end: Callable[[str, BaseException], None] = tell_event_loop,
+    solver_begins: Callable[[], None] | None = None,
 ) -> LivePorts:
     """Migrate the database, activate the campus map, and make sure that an operator can sign in.
 
     clock  the system's if none is given
     end    ends the process, see `Ports`
+    solver_begins  called first in the solver's process, e.g. to set up its log
 
     Raises CannotStart.
     """
@@ -80,8 +83,10 @@ async def live_ports(
         opened.push_async_callback(bus.close)
         transactions = GroupCommit(engine, context, bus)
         opened.push_async_callback(transactions.close)
-        solver = ProcessSolver()
+        solver = ProcessSolver(begins=solver_begins)
         opened.callback(solver.close)
+        sender = HttpWebhookSender(settings.webhook_networks())
+        opened.push_async_callback(sender.close)
         try:
             made_password = await _prepare(transactions, settings, road_map)
         except DomainError as error:
@@ -97,6 +102,7 @@ async def live_ports(
         solver,
         retry=RetryPolicy(),
         end=end,
+        webhook_sender=sender,
         has_our_tables=lambda: is_current(engine),
         close=close,
     )
@@ -179,6 +185,7 @@ def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
         operator_session_s=settings.session_hours * 3600.0,
         rider_days=settings.rider_days,
         audit_address_days=settings.audit_address_days,
+        webhook_failure_days=settings.webhook_failure_days,
     )
 
 

@@ -63,6 +63,13 @@ class Settings(BaseModel):
         8.0, gt=0, le=168, description="How long a session may do so after its second factor was checked."
     )
     second_factor_tries_per_minute: int = Field(5, ge=1, description="Codes per operator; then 429.")
+    webhook_failure_days: float = Field(
+        5.0, gt=0, le=365, description="A webhook that has failed for so long is disabled."
+    )
+    webhook_allowed_networks: str = Field(
+        "",
+        description="Private networks, with commas, that webhooks may lead into, also by http; empty: none.",
+    )
     segment_bytes_max: int = Field(256 * MIB, ge=MIB, description="Largest run segment taken in.")
     login_tries_per_minute: int = Field(
         6, ge=1, description="Per client network, and per browser that has signed in before; then 429."
@@ -107,7 +114,7 @@ class Settings(BaseModel):
     )
     with_loops: bool = Field(True, description="Run the dispatcher and the other loops here.")
 
-    @field_validator("trusted_proxies")
+    @field_validator("trusted_proxies", "webhook_allowed_networks")
     @classmethod
     def _are_networks(cls, value: str) -> str:
         networks_of(value)
@@ -121,6 +128,9 @@ class Settings(BaseModel):
 
     def proxies(self) -> tuple[Network, ...]:
         return networks_of(self.trusted_proxies)
+
+    def webhook_networks(self) -> tuple[Network, ...]:
+        return networks_of(self.webhook_allowed_networks)
 
     def hosts(self) -> tuple[str, ...]:
         """The names that requests may be for, that of the public address among them; empty: any."""

@@ -39,7 +39,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         """list_rides get_ride_record explain_ride list_series get_service list_closures get_travel_times
         list_vehicles get_vehicle get_vehicle_shifts list_incidents get_segment list_runs get_run
-        get_run_scenes get_run_map get_metrics""",
+        get_run_scenes get_run_map get_metrics list_webhooks""",
         frozenset(ROLES),
         "read",
     ),
@@ -58,6 +58,11 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         "hold_vehicle resume_vehicle stop_vehicle_now recall_vehicle release_vehicle send_vehicle",
         frozenset({"safety"}),
+        "drive",
+    ),
+    (
+        "make_webhook rotate_webhook enable_webhook test_webhook delete_webhook",
+        frozenset({"admin"}),
         "drive",
     ),
     ("preview_intervention", frozenset({"dispatcher", "safety"}), "drive"),

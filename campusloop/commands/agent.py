@@ -10,6 +10,8 @@ from rich.console import Console
 
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
@@ -95,17 +97,18 @@ def run(
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
         ensure_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
+            spans = span_source()
             places = tuple(
-                AgentPlace(folder.resolve(), Path(mail) / str(number))
+                AgentPlace(folder.resolve(), Path(mail) / str(number), spans=spans)
                 for number, folder in enumerate(folders)
             )
             jobs = agent_jobs(places)
-            console.print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
+            journal_console().print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError, HmiDeviceError) as error:
-        _refuse(str(error))
+    except (AgentFolderError, ProfileError, MapError, HmiDeviceError, TracingUnavailable) as error:
+        _refuse(str(error), journal_console(level="error"))
 
 
-def _refuse(detail: str) -> NoReturn:
+def _refuse(detail: str, console: Console = console) -> NoReturn:
     console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -17,6 +17,8 @@ from campusloop.live.campus import CampusStartError, LiveOptions
 from campusloop.live.demo import LiveDemo
 from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
 
@@ -51,10 +53,10 @@ def demo(
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
     """Run a campus: book at the printed address, watch at /console."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDTH_WITHOUT_TERMINAL)
+    console = Console() if headless else journal_console()
     if headless:
+        if not console.is_terminal:
+            console = Console(width=WIDTH_WITHOUT_TERMINAL)
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
@@ -79,7 +81,14 @@ def demo(
             paced=True,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
-    except (MapError, ProfileError, CampusStartError, ForeignFolder, KernelError) as error:
+    except (
+        MapError,
+        ProfileError,
+        CampusStartError,
+        ForeignFolder,
+        KernelError,
+        TracingUnavailable,
+    ) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 

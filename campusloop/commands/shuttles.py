@@ -10,13 +10,14 @@ from typing import Annotated, NoReturn
 
 import httpx
 import typer
-from rich.console import Console
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
 from campusloop.shipped import DEFAULT_MAP
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError
 from server.settings import SettingsError, settings_from
 from simulator.live.ports import BASE_PORT
@@ -29,7 +30,7 @@ PASSWORD = "CAMPUSLOOP_OPERATOR_PASSWORD"
 POLL_EVERY_S = 1.0
 REQUEST_TIMEOUT_S = 30.0
 
-console = Console()
+console = journal_console()
 
 
 def shuttles(
@@ -72,7 +73,7 @@ def shuttles(
         )
         trusted = True if certificate is None else ssl.create_default_context(cafile=certificate)
         simulated = SimulatedShuttles(options)
-    except (SettingsError, MapError, ProfileError, KernelError, OSError) as error:
+    except (SettingsError, MapError, ProfileError, KernelError, TracingUnavailable, OSError) as error:
         _refuse(str(error))
     raise typer.Exit(asyncio.run(_run(simulated, operator, password, trusted, held, wait_s)))
 
@@ -161,5 +162,5 @@ def _say(text: str) -> None:
 
 
 def _refuse(reason: str) -> NoReturn:
-    _say(f"[red]campusloop shuttles:[/red] {reason}")
+    journal_console(level="error").print(f"[red]campusloop shuttles:[/red] {reason}", soft_wrap=True)
     raise typer.Exit(EXIT_BAD_INPUT)

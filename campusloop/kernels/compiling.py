@@ -20,6 +20,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from campusloop.kernels.caches import CachesNotWritable, KernelCaches
 from campusloop.kernels.groups import GROUPS
 from campusloop.kernels.sources import Sources
+from campusloop.telemetry.journal_console import journal_console
 
 PACKAGES = ("contract", "server", "vehicle_agent", "simulator", "campusloop")
 _POLL_S = 0.2
@@ -71,7 +72,7 @@ def prepare_kernels(groups: tuple[str, ...], console: Console) -> None:
 def ensure_kernels(groups: tuple[str, ...]) -> None:
     """`prepare_kernels` for a command that prints to stdout. Exits when a kernel does not compile."""
     try:
-        prepare_kernels(groups, Console(stderr=True))
+        prepare_kernels(groups, journal_console(sys.stderr))
     except KernelError as error:
         raise SystemExit(str(error)) from error
 

@@ -7,20 +7,23 @@ import os
 import socket
 import ssl
 import sys
+from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
 import uvicorn
 import uvloop
-from rich.console import Console
 
 from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
-from campusloop.live.journal import write_journal
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
+from campusloop.telemetry.journal_console import journal_console
+from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
+from contract.tracing import Spans
 from contract.wire.codec import MAX_MESSAGE_BYTES
 from server.adapters import SystemClock
 from server.api.security.connection_counts import ConnectionCounts
@@ -29,13 +32,12 @@ from server.dispatch.warm import warm_kernels
 from server.live_ports import CannotStart, LivePorts, live_ports
 from server.settings import Settings, SettingsError, is_loopback, settings_from
 from server.usecases.ports.clock_and_ids import Clock
+from vehicle_agent.runtime.processes.journal import write_journal
 
 BAD_SETTING = 2
 BACKLOG = 512
 _SWITCH_INTERVAL_S = 0.5e-3
 _NEW_OBJECTS = 10_000
-
-console = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def serve_campus(
@@ -65,12 +67,15 @@ def serve_campus(
         if settings.map_path is None:
             settings = settings.model_copy(update={"map_path": DEFAULT_MAP})
         listening = listen(settings.host, settings.port)
-    except (SettingsError, CannotStart) as error:
+        spans = span_source().open(settings.server_name)
+    except (SettingsError, CannotStart, TracingUnavailable) as error:
         _refuse(str(error))
-    write_journal()
+    write_journal(settings.server_name)
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
         clock = SystemClock() if clocks is None else _CampusClock(clocks.open("server"))
-        runner.run(_serve(settings, listening, clock))
+        runner.run(_serve(settings, listening, clock, spans))
+    if spans is not None:
+        spans.close()
 
 
 class _CampusClock:
@@ -119,11 +124,13 @@ def listen(host: str, port: int) -> socket.socket:
     return listening
 
 
-async def _serve(settings: Settings, listening: socket.socket, clock: Clock) -> None:
+async def _serve(settings: Settings, listening: socket.socket, clock: Clock, spans: Spans | None) -> None:
     settings = settings.model_copy(update={"port": listening.getsockname()[1]})
-    end = ProcessEnd(console)
+    end = ProcessEnd(journal_console(sys.stderr, "error"))
     try:
-        live = await live_ports(settings, clock, end.demand)
+        solver_journal = partial(write_journal, f"{settings.server_name} solver")
+        live = await live_ports(settings, clock, end.demand, solver_journal)
+        live = replace(live, ports=replace(live.ports, spans=spans))
     except CannotStart as error:
         listening.close()
         _refuse(str(error))
@@ -175,6 +182,7 @@ def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
         server_header=False,
         proxy_headers=False,
         access_log=False,  # a ride's link is a secret
+        log_config=None,  # the process's own journal
         log_level="warning",
         timeout_graceful_shutdown=5,
     )
@@ -194,6 +202,7 @@ def _check_certificate(settings: Settings) -> None:
 
 
 def _print_addresses(settings: Settings, live: LivePorts) -> None:
+    console = journal_console(sys.stderr)
     for name in local_addresses(settings.host):
         origin = settings.model_copy(update={"host": name}).origin()
         console.print(f"passengers  {origin}/\noperators   {origin}/console")
@@ -205,5 +214,5 @@ def _print_addresses(settings: Settings, live: LivePorts) -> None:
 
 
 def _refuse(text: str) -> NoReturn:
-    console.print(f"campusloop serve: {text}", style="red", markup=False)
+    journal_console(sys.stderr, "error").print(f"campusloop serve: {text}", style="red", markup=False)
     raise SystemExit(BAD_SETTING)

@@ -10,6 +10,7 @@ from pathlib import Path
 from campusloop.clients.operator_client import OperatorClient
 from campusloop.live.jobs import simulate
 from campusloop.live.paced_clock import PacedClock, PacedClocks
+from campusloop.telemetry.otlp_spans import span_source
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of
@@ -49,12 +50,13 @@ class SimulatedShuttles:
     """Call `start_simulator`; `start_agents` when the server is ready; `restart_ended` repeatedly; `stop`."""
 
     def __init__(self, options: ShuttleOptions) -> None:
-        """Raises MapError, ProfileError."""
+        """Raises MapError, ProfileError, TracingUnavailable."""
         self.options = options
         self.road_map = load_map(options.map_path)
         self._profile = Profile() if options.profile_path is None else load_profile(options.profile_path)
         self._mail = Path(tempfile.mkdtemp(prefix="campusloop-"))
         self._supervisors: list[Supervisor] = []
+        self._spans = span_source()
         self.clocks = self._created_clocks() if options.paced else None
         self.clock: PacedClock | None = None if self.clocks is None else self.clocks.open("campus")
 
@@ -146,4 +148,5 @@ class SimulatedShuttles:
             server_certificate=str(options.server_certificate) if options.server_certificate else "",
         )
         AgentFolder(folder).prepare(vehicle, options.map_path, options.profile_path)
-        return AgentPlace(folder.resolve(), self._mail / str(number), self.clocks or MONOTONIC)
+        clocks = self.clocks or MONOTONIC
+        return AgentPlace(folder.resolve(), self._mail / str(number), clocks, self._spans)

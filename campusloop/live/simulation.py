@@ -6,10 +6,12 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+import structlog
 from rich.console import Console
 from rich.table import Table
 
 from campusloop.live.paced_clock import PacedClocks
+from campusloop.telemetry.journal_console import journal_console
 from contract.roads.load import MapError, load_map
 from simulator.live.bus import LiveBusError
 from simulator.live.control_server import ControlError, RemotePhones
@@ -23,6 +25,8 @@ from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.device_feed import DeviceFeedError
 
 _BAD_INPUT = 2
+
+log = structlog.get_logger()
 
 
 def simulate_vehicles(
@@ -40,9 +44,9 @@ def simulate_vehicles(
 
     clocks: the simulation opens their master; None: the computer's clock
     """
-    console = Console()
+    console = journal_console()
     if len(set(vehicle_ids)) != len(vehicle_ids):
-        _refuse(console, "every vehicle needs an id of its own: --vehicles shuttle-1,shuttle-2")
+        _refuse("every vehicle needs an id of its own: --vehicles shuttle-1,shuttle-2")
     phones = RemotePhones()
     try:
         road_map = load_map(map_path)
@@ -63,7 +67,7 @@ def simulate_vehicles(
             clock = clocks.open_master()
             simulation = LiveSimulation(world, phones, folder, base_port, clock, frame_gap_ns=0)
     except (MapError, ProfileError, WorldError, LiveBusError, DeviceFeedError, ControlError) as error:
-        _refuse(console, str(error))
+        _refuse(str(error))
     _print_wiring(console, vehicle_ids, base_port, folder)
     _run_until_signal(simulation)
     console.print(
@@ -85,6 +89,9 @@ def _run_until_signal(simulation: LiveSimulation) -> None:
 
 
 def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> None:
+    if not console.is_terminal:
+        _log_wiring(vehicle_ids, base_port, folder)
+        return
     table = Table()
     for heading in ("vehicle", "CAN channel", "device values", "scans", "HMI", "scan ring"):
         table.add_column(heading, overflow="fold")
@@ -102,6 +109,21 @@ def _print_wiring(console: Console, vehicle_ids: tuple[str, ...], base_port: int
     console.print(f"control on 127.0.0.1:{control_port(base_port)}; Ctrl-C ends the simulation")
 
 
-def _refuse(console: Console, reason: str) -> NoReturn:
-    console.print(f"[red]cannot simulate:[/red] {reason}", highlight=False)
+def _log_wiring(vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> None:
+    for number, vehicle_id in enumerate(vehicle_ids):
+        ports = ports_of(number, base_port)
+        log.info(
+            "simulator.vehicle",
+            vehicle_id=vehicle_id,
+            can_channel=ports.can_channel,
+            values_port=ports.values_port,
+            scans_port=ports.scans_port,
+            hmi_port=ports.hmi_port,
+            scan_ring=str(scan_ring_path(folder, vehicle_id)),
+        )
+    log.info("simulator.started", control_port=control_port(base_port))
+
+
+def _refuse(reason: str) -> NoReturn:
+    journal_console(level="error").print(f"[red]cannot simulate:[/red] {reason}", highlight=False)
     raise SystemExit(_BAD_INPUT)

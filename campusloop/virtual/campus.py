@@ -24,6 +24,7 @@ from contract.geometry import Pose2
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
+from contract.tracing import Spans
 from contract.wire.messages import PresenceReport
 from server.adapters import SeededIds
 from server.api.runs.offload import InlineOffload
@@ -73,6 +74,7 @@ class CampusOptions:
     """folder: where vehicles and server keep their files. begins: UTC at virtual time 0.
 
     cameras  parameters of the camera at each of the map's crossings; None for no cameras
+    spans    of rides; None: they are not traced
     """
 
     road_map: RoadMap
@@ -85,6 +87,7 @@ class CampusOptions:
     lidar: bool = True
     cameras: CameraParams | None = None
     database_url: str = "sqlite://"
+    spans: Spans | None = None
 
 
 class VirtualClock:
@@ -185,7 +188,7 @@ class VirtualCampus:
 
         self.conductor.loop.run_now(transactions.run(prepare))
         ports = Ports(road_map.campus_id, self.clock, ids, transactions, bus, InlineOffload())
-        ports = replace(ports, loops=standing_tasks(ports))
+        ports = replace(ports, loops=standing_tasks(ports), spans=self.options.spans)
         settings = settings_from(
             {},
             var_dir=self.options.folder / "server",
@@ -279,7 +282,12 @@ class VirtualCampus:
         vehicles = {
             vehicle_id: VirtualVehicle(
                 VirtualVehicleSetup(
-                    vehicle_id, options.profile, options.road_map, options.folder / vehicle_id, begins_ns
+                    vehicle_id,
+                    options.profile,
+                    options.road_map,
+                    options.folder / vehicle_id,
+                    begins_ns,
+                    options.spans,
                 ),
                 world,
                 self.network.dialler(vehicle_id),

@@ -11,16 +11,18 @@ from campusloop.virtual.wiring import WiredVehicle
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
+from contract.tracing import Spans
 from contract.wire.messages import VehicleEvent
 from simulator.world import SimWorld
 from vehicle_agent.config import Profile
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.keys import load_or_create_key, signature_text
 from vehicle_agent.link.session import Identity
-from vehicle_agent.mission.memory import order_progress
+from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
+from vehicle_agent.runtime.order_tracing import GateTracing, LinkTracing, TickTracing
 from vehicle_agent.runtime.processes.agent import SOFTWARE, mission_memory
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.tick_process import TickUpdateWriter
@@ -32,13 +34,17 @@ from vehicle_agent.stacks.choice import build_car
 
 @dataclass(frozen=True, slots=True)
 class VirtualVehicleSetup:
-    """folder: the vehicle's disk. utc_offset_ns: UTC minus the virtual clock."""
+    """folder: the vehicle's disk. utc_offset_ns: UTC minus the virtual clock.
+
+    spans  of the rides that it serves; None: they are not traced
+    """
 
     vehicle_id: str
     profile: Profile
     road_map: RoadMap
     folder: Path
     utc_offset_ns: int
+    spans: Spans | None = None
 
 
 class VirtualVehicle:
@@ -63,6 +69,7 @@ class VirtualVehicle:
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []
         self.outputs: Outputs | None = None
+        self._tracing = None if setup.spans is None else _Tracing(setup.spans, setup.vehicle_id)
 
     def boot(self, now_ns: int) -> None:
         """A new boot: mission memory from disk, everything else in its initial state."""
@@ -119,6 +126,8 @@ class VirtualVehicle:
         wired = self.wired
         for message in self._bridge.session.take_messages() if wired.computer is not None else ():
             self.put_link_message(now_ns, message)
+            if self._tracing is not None:
+                self._tracing.link.received(message, now_ns + self.setup.utc_offset_ns)
         outputs = wired.step(now_ns)
         if outputs is None:
             return
@@ -128,11 +137,18 @@ class VirtualVehicle:
         self.outputs = outputs
         self._show_route(outputs.flow.task, mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)
+        if self._tracing is not None:
+            self._trace(self._tracing, outputs, mission.memory, now_ns + self.setup.utc_offset_ns)
         update = self._update_writer.update(outputs, mission.memory, now_ns)
         if update is not None:
             self._bridge.process_update(update, now_ns)
         self.run_log.write(wired.computer.entries)
         self.link.step(now_ns)
+
+    def _trace(self, tracing: "_Tracing", outputs: Outputs, memory: MissionMemory, utc_ns: int) -> None:
+        tracing.link.answered(outputs.answers, utc_ns)
+        tracing.gate.commanded(tracing.tick.moved(outputs, memory, utc_ns), utc_ns)
+        tracing.gate.sent(self.wired.sent_frames, bool(self.wired.gate.braking), utc_ns)
 
     def _show_route(self, task: Task, segment: int) -> None:
         """Give the world the vehicle's route: people react to it, and the score needs it at forks.
@@ -147,3 +163,12 @@ class VirtualVehicle:
         """An orderly end: the open segment is closed."""
         self.run_log.close()
         self._bridge.close()
+
+
+class _Tracing:
+    """What the vehicle's processes do for traces of rides."""
+
+    def __init__(self, spans: Spans, vehicle_id: str) -> None:
+        self.link = LinkTracing(spans, vehicle_id)
+        self.tick = TickTracing(spans, vehicle_id)
+        self.gate = GateTracing(spans, vehicle_id)

@@ -94,6 +94,7 @@ class WiredVehicle:
     mask         masks boarding codes; None for a drive without riders
     computer     None while there is none
     planner      answers the jobs of a stack that makes any
+    sent_frames  that the gate passed in the last step
     tick_wall_ns, tick_cpu_s  the last tick's times
     plan_cpu_ms  CPU of each motion plan so far
     """
@@ -115,6 +116,7 @@ class WiredVehicle:
         self.computer: VehicleComputer | None = None
         self.tick_wall_ns, self.tick_cpu_s = 0, 0.0
         self.plan_cpu_ms: list[float] = []
+        self.sent_frames = 0
 
     @property
     def gate(self) -> Gate:
@@ -164,7 +166,7 @@ class WiredVehicle:
         outputs = self._tick(self.computer, now_ns)
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
         self.gate.take_commands(outputs.frames, now_ns)
-        self._bus.send(now_ns, now_ns)
+        self.sent_frames = len(self._bus.send(now_ns, now_ns))
         world.show(vehicle_id, outputs.hmi, now_ns)
         return outputs
 

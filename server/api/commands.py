@@ -21,6 +21,7 @@ from server.api.security.permissions import (
     HANDLE_INCIDENTS,
     MOVE,
     PLACE,
+    REGISTER_WEBHOOKS,
     RUN_SERVICE,
     STOP,
 )
@@ -258,6 +259,7 @@ StopCommand = Annotated[Command, Depends(command_of(changing(STOP)))]
 MoveCommand = Annotated[Command, Depends(command_of(changing(MOVE)))]
 EvacuationCommand = Annotated[Command, Depends(command_of(changing(EVACUATE)))]
 PlaceCommand = Annotated[Command, Depends(command_of(changing(PLACE)))]
+WebhookCommand = Annotated[Command, Depends(command_of(changing(REGISTER_WEBHOOKS)))]
 AdminCommand = Annotated[Command, Depends(command_of(changing(ADMINISTER)))]
 AccessCommand = Annotated[Command, Depends(command_of(changing(GIVE_ACCESS)))]
 PassengerCommand = Annotated[Command, Depends(_passenger_command)]

@@ -41,6 +41,7 @@ VehicleId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["shuttle-1"])]
 BootId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["boot-7a1e"])]
 IncidentId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["incident-19"])]
 TokenId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["token-3"])]
+WebhookId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["webhook-4"])]
 TapId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["tap-8"])]
 Sha256 = Annotated[
     str,

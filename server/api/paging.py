@@ -54,17 +54,14 @@ class PageOfList:
 
     def __init__(self, request: Request, response: Response, cursor: str | None) -> None:
         self._request, self._response = request, response
-        self._after = None if cursor is None else _position(cursor)
+        self._after = None if cursor is None else position_of(cursor)
 
     def after(self, *kinds: type) -> Position | None:
         """Where the previous page ended, as values of these kinds; None for the first page.
 
         Raises CursorInvalid.
         """
-        after = self._after
-        if after is not None and [type(value) for value in after] != list(kinds):
-            raise CursorInvalid("this list did not give this cursor; begin without one")
-        return after
+        return None if self._after is None else of_kinds(self._after, *kinds)
 
     def first(self, found: Sequence[T], limit: int, position: Callable[[T], Position]) -> list[T]:
         """The first `limit` of what was found from `after` on, one more than the limit being looked for."""
@@ -82,7 +79,7 @@ class PageOfList:
         return ordered if limit is None else self.first(ordered, limit, position)
 
     def _lead_to(self, position: Position) -> None:
-        url = self._request.url.include_query_params(cursor=_cursor(position))
+        url = self._request.url.include_query_params(cursor=cursor_of(position))
         self._response.headers["Link"] = f'<{url.path}?{url.query}>; rel="next"'
 
 
@@ -105,11 +102,19 @@ def moment_of(microseconds: int | str) -> datetime:
     return _EPOCH + microseconds * _MICROSECOND
 
 
-def _cursor(position: Position) -> str:
+def of_kinds(position: Position, *kinds: type) -> Position:
+    """The position, if its values are of these kinds. Raises CursorInvalid."""
+    if [type(value) for value in position] != list(kinds):
+        raise CursorInvalid("this list did not give this cursor; begin without one")
+    return position
+
+
+def cursor_of(position: Position) -> str:
     return base64.urlsafe_b64encode(msgspec.json.encode(position)).decode().rstrip("=")
 
 
-def _position(cursor: str) -> Position:
+def position_of(cursor: str) -> Position:
+    """Raises CursorInvalid."""
     try:
         text = base64.b64decode(cursor + "=" * (-len(cursor) % 4), altchars="-_", validate=True)
         position: Position = msgspec.json.decode(text, type=_Steps)

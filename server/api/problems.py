@@ -13,6 +13,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
 
+from server.api.request_ids import REQUEST_HEADER, current_request_id
 from server.api.security.rate_limit import TooManyTries
 from server.domain import errors
 from server.domain.errors import DomainError
@@ -129,6 +130,10 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.SegmentUnknown: 404,
     errors.SegmentConflict: 409,
     errors.AuditEntryUnknown: 404,
+    errors.WebhookUnknown: 404,
+    errors.WebhookInvalid: 400,
+    errors.WebhookDisabled: 409,
+    errors.TooManyWebhooks: 409,
     errors.IncidentUnknown: 404,
     errors.IncidentClosed: 409,
     errors.KeyUnknown: 404,
@@ -182,6 +187,7 @@ class Problem(BaseModel):
                 "detail": "the map has no stop 'library'; see /api/v1/stops",
                 "rule": "",
                 "errors": [],
+                "request_id": "request-5f3c1a9be07d24681357",
             }
         }
     )
@@ -193,6 +199,7 @@ class Problem(BaseModel):
     detail: str
     rule: str = Field("", description="The dispatcher's rule that binds, if one is the reason.")
     errors: list[FieldProblem] = []
+    request_id: str = Field("", description="As in X-Request-Id: the log of the server names it.")
 
 
 def problems(*kinds: type[DomainError]) -> dict[int | str, dict[str, Any]]:
@@ -259,12 +266,21 @@ async def _http(_: Request, error: Exception) -> JSONResponse:
 
 
 async def _crashed(_: Request, __: Exception) -> JSONResponse:
-    return _response(_body(500, "server_fault", "the server failed; its log names the cause"))
+    body = _body(500, "server_fault", "the server failed; its log names the cause")
+    # This answer is given outside of the layer that adds the header to all others.
+    return _response(body, {REQUEST_HEADER: body.request_id} if body.request_id else None)
 
 
 def _body(status: int, code: str, detail: str, rule: str = "") -> Problem:
-    title = HTTPStatus(status).phrase
-    return Problem(type=TYPE_PREFIX + code, title=title, status=status, code=code, detail=detail, rule=rule)
+    return Problem(
+        type=TYPE_PREFIX + code,
+        title=HTTPStatus(status).phrase,
+        status=status,
+        code=code,
+        detail=detail,
+        rule=rule,
+        request_id=current_request_id(),
+    )
 
 
 def _response(body: Problem, headers: Mapping[str, str] | None = None) -> JSONResponse:

@@ -32,6 +32,7 @@ from server.api.sockets import (
 )
 from server.api.tokens import routes as tokens
 from server.api.vehicles import routes as vehicles
+from server.api.webhooks import routes as webhooks
 
 PREFIX = "/api/v1"
 VERSION = "1.0.0"
@@ -70,6 +71,7 @@ def bare_app(**options: Any) -> FastAPI:
         segments.router,
         runs.router,
         tokens.router,
+        webhooks.router,
         health.router,
         metrics.router,
     ):

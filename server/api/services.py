@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from contract.tracing import RideSpans
 from server.api.metrics.measurements import Measurements
 from server.api.pages import Page
 from server.api.rides.booking_batcher import BookingBatcher
@@ -23,6 +24,7 @@ from server.supervision.supervisor import Supervisor
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.unit_of_work import Transactions
+from server.usecases.ports.webhooks import WebhookSender
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,11 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """has_our_tables: the database's tables are those of this version; it may block."""
+    """has_our_tables: the database's tables are those of this version; it may block.
+
+    webhook_sender  None: this server sends nothing to other networks
+    spans           None: rides are not traced
+    """
 
     campus_id: str
     settings: Settings
@@ -69,6 +75,8 @@ class Services:
     measurements: Measurements
     limits: Limits
     has_our_tables: Callable[[], bool]
+    webhook_sender: WebhookSender | None
+    spans: RideSpans | None
     pages: dict[str, Page]
 
 

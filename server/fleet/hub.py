@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import msgspec
 import structlog
 
+from contract.tracing import RideSpans
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, Status
 from server.domain.fleet.vehicles import StatusReport
@@ -53,6 +54,7 @@ class Hub:
         bus: Bus,
         supervisor: Supervisor,
         hello_timeout_s: float = 10.0,
+        spans: RideSpans | None = None,
     ) -> None:
         self.campus_id = campus_id
         self._supervisor = supervisor
@@ -67,6 +69,7 @@ class Hub:
             store=self._events.take,
             note_status=self._note_status,
             hello_timeout_s=hello_timeout_s,
+            spans=spans,
         )
         self._links: dict[str, Link] = {}
         self._greeting: set[Link] = set()

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 import structlog
 
 from contract.geometry import Pose2
+from contract.tracing import rides_of
 from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
 from contract.wire.messages import (
@@ -21,6 +22,7 @@ from contract.wire.messages import (
     FleetVehicle,
     Goodbye,
     Hello,
+    Order,
     OrderAccepted,
     OrderRejected,
     Presence,
@@ -304,9 +306,16 @@ class Link:
         await self._events_settled()
         if self.session.state != "open" or self._backlog.holds_back(self._now_ns()):
             return
+        begun_ns = self._now_ns()
         waiting = await self._ports.transactions.run(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
         for message in self._sent.choose(waiting, self._now_ns()):
             await self._perform_all(self.session.send(message))
+            if self._ports.spans is not None and isinstance(message, Order):
+                rides, fields = (
+                    rides_of(message),
+                    {"vehicle_id": self.vehicle_id, "order_id": message.order_id},
+                )
+                self._ports.spans.add(rides, "order.sent", begun_ns, self._now_ns(), **fields)
 
     # ---------------------------------------------------------------- waiting, and the end
 

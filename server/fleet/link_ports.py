@@ -4,6 +4,7 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+from contract.tracing import RideSpans
 from contract.wire.messages import EventReport
 from server.domain.fleet.vehicles import StatusReport
 from server.usecases.ports.clock_and_ids import Clock
@@ -28,6 +29,7 @@ class LinkPorts:
     spawn   runs the link's task; when that fails, the link is ended
     opened  registers the link
     ended   forgets the link, and records that its session has ended
+    spans   of rides whose orders are sent; None: they are not traced
     store   takes an event and when it came; `events_stored` or `events_refused` follows
     """
 
@@ -39,3 +41,4 @@ class LinkPorts:
     store: "Callable[[Link, EventReport, int], None]"
     note_status: Callable[[StatusReport], None]
     hello_timeout_s: float
+    spans: RideSpans | None = None

@@ -3,6 +3,7 @@
 import asyncio
 import os
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
@@ -23,10 +24,12 @@ class ProcessSolver:
     """In a child process, so that a long search does not delay bookings.
 
     within_s  no slice is begun later than this; the solution says how many ran
+    begins    called first in the child process
     """
 
-    def __init__(self, within_s: float = 1.0) -> None:
-        self._pool = _new_pool()
+    def __init__(self, within_s: float = 1.0, begins: Callable[[], None] | None = None) -> None:
+        self._begins = begins
+        self._pool = _new_pool(begins)
         self._within_s = within_s
 
     async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
@@ -37,20 +40,22 @@ class ProcessSolver:
             )
         except BrokenProcessPool:
             self._pool.shutdown(wait=False)
-            self._pool = _new_pool()
+            self._pool = _new_pool(self._begins)
             raise
 
     def close(self) -> None:
         self._pool.shutdown(cancel_futures=True)
 
 
-def _new_pool() -> ProcessPoolExecutor:
+def _new_pool(begins: Callable[[], None] | None) -> ProcessPoolExecutor:
     # Spawned: a fork would copy the store's threads and their locks in the middle of their work.
-    return ProcessPoolExecutor(1, get_context("spawn"), _lower_priority)
+    return ProcessPoolExecutor(1, get_context("spawn"), _begin, (begins,))
 
 
-def _lower_priority() -> None:
+def _begin(begins: Callable[[], None] | None) -> None:
     """Lower the priority: bookings and vehicles come first."""
+    if begins is not None:
+        begins()
     if hasattr(os, "nice"):
         os.nice(10)
     warm_kernels()

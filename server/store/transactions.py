@@ -5,6 +5,7 @@ own savepoint. `InlineTransactions` is virtual time: no threads, no waiting.
 """
 
 import asyncio
+import contextvars
 import queue
 import threading
 from collections.abc import Iterable
@@ -55,7 +56,7 @@ class _WaitingJob(Job[T]):
     """A use case that waits for its turn, and the future of its caller."""
 
     def __init__(self, work: Work[T], loop: asyncio.AbstractEventLoop) -> None:
-        super().__init__(work)
+        super().__init__(_in_this_context(work))
         self._loop = loop
         self.future: asyncio.Future[tuple[T, PublishedMessages]] = loop.create_future()
 
@@ -94,7 +95,8 @@ class GroupCommit:
         return await asyncio.shield(self._run(work))
 
     async def read(self, work: Work[T]) -> T:
-        return await asyncio.get_running_loop().run_in_executor(self._readers, self._read, work)
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._readers, self._read, _in_this_context(work))
 
     async def close(self) -> None:
         """Close after every job has been written, or refused once."""
@@ -164,6 +166,12 @@ class GroupCommit:
                 raise error
             if not patience.wait():
                 raise StoreUnavailable(f"the database cannot be read now ({cause_of(error)})") from error
+
+
+def _in_this_context(work: Work[T]) -> Work[T]:
+    """The work with the caller's context: what it logs in another thread names the caller's request."""
+    context = contextvars.copy_context()
+    return lambda uow: context.run(work, uow)
 
 
 async def _send(bus: Bus, messages: Iterable[PublishedMessage]) -> None:

@@ -44,6 +44,7 @@ from server.store.record.incidents import SqlIncidentRepository
 from server.store.record.runs import SqlRunRepository
 from server.store.record.second_factors import SqlSecondFactorRepository
 from server.store.record.service import SqlServiceRepository
+from server.store.record.webhooks import SqlWebhookRepository
 from server.store.rides.rides import SqlRideRepository
 from server.store.rides.series import SqlSeriesRepository
 from server.store.roads.closures import SqlClosureRepository
@@ -68,6 +69,7 @@ from server.usecases.ports.records import (
     LeaseRepository,
     RunRepository,
     SecondFactorRepository,
+    WebhookRepository,
 )
 from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
@@ -170,6 +172,7 @@ class SqlUnitOfWork:
         self.audit: AuditRepository = SqlAuditRepository(connection, campus_id, lock)
         self.answers: AnswerRepository = SqlAnswerRepository(connection, campus_id, lock)
         self.leases: LeaseRepository = SqlLeaseRepository(connection, campus_id, lock)
+        self.webhooks: WebhookRepository = SqlWebhookRepository(connection, campus_id, lock)
         self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, lock)
         self._views = SqlViews(connection, campus_id, lock)
         self._library = context.library

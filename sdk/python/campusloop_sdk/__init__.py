@@ -1,4 +1,4 @@
-"""Script a Campusloop campus: rides, vehicles, commands, closures, and live updates."""
+"""Script a Campusloop campus: rides, vehicles, commands, closures, webhooks, and live updates."""
 
 from campusloop_sdk.campus import Campus, connect
 from campusloop_sdk.errors import (
@@ -34,6 +34,14 @@ from campusloop_sdk.models import (
     VehicleRecord,
     Visit,
 )
+from campusloop_sdk.webhooks import (
+    Webhook,
+    WebhookMessage,
+    WebhookNotVerified,
+    WebhookTest,
+    WebhookWithSecret,
+    verify_webhook,
+)
 
 __all__ = [
     "AnswerUnreadable",
@@ -64,5 +72,11 @@ __all__ = [
     "VehicleRecord",
     "VehiclesUpdate",
     "Visit",
+    "Webhook",
+    "WebhookMessage",
+    "WebhookNotVerified",
+    "WebhookTest",
+    "WebhookWithSecret",
     "connect",
+    "verify_webhook",
 ]

@@ -17,17 +17,19 @@ from campusloop_sdk.live_models import Topic
 from campusloop_sdk.models import Stop
 from campusloop_sdk.resources import Closures, Rides, Vehicles
 from campusloop_sdk.rest import Rest
+from campusloop_sdk.webhooks import Webhooks
 
 TIMEOUT = httpx.Timeout(30.0, connect=10.0)
 
 
 class Campus:
-    """rides, vehicles, closures: requests; `live`: what changes."""
+    """rides, vehicles, closures, webhooks: requests; `live`: what changes."""
 
     def __init__(
         self, rest: Rest, url: str, token: str, tls: ssl.SSLContext | None, rng: random.Random
     ) -> None:
         self.rides, self.vehicles, self.closures = Rides(rest), Vehicles(rest), Closures(rest)
+        self.webhooks = Webhooks(rest)
         self._rest, self._url, self._token, self._tls, self._rng = rest, url, token, tls, rng
 
     def stops(self) -> AsyncIterator[Stop]:

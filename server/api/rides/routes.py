@@ -4,9 +4,11 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
+from contract.tracing import BOOKING
 from server.api.commands import IdempotencyKey, PassengerCommand, booking_key
 from server.api.formats import RideToken, TapId
 from server.api.problems import problems
+from server.api.request_ids import current_request_id
 from server.api.rides.schemas import (
     DestinationRequest,
     HelpAnswer,
@@ -92,7 +94,11 @@ async def book_ride(
     services.limits.bookings.take(client if developer is None else developer.account, now_ns(services))
     source: RideSource = "passenger" if developer is None else "developer"
     booking_request = booking(request, booking_key(developer, idempotency_key), source)
+    begun_ns = now_ns(services)
     booked = await services.bookings.book(booking_request)
+    if services.spans is not None:
+        identified = {"request_id": current_request_id()}
+        services.spans.add([booked.ride.ride_id], BOOKING, begun_ns, now_ns(services), **identified)
     return ride_ticket(booked.ride, booked.secrets, booked.alternatives)
 
 

@@ -25,10 +25,11 @@ class NoParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ListRides(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """states: all when left out."""
+    """Newest request first. states: all when left out. cursor: `next_cursor` of the page before."""
 
     states: list[RideState] | None = None
     limit: Annotated[int, msgspec.Meta(ge=1, le=500)] = 100
+    cursor: Annotated[str, msgspec.Meta(min_length=1, max_length=400)] | None = None
 
 
 class VehicleCommandParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -52,6 +53,13 @@ class SendToStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Topics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     topics: Annotated[list[Topic], msgspec.Meta(min_length=1, max_length=3)]
+
+
+class RidesPage(msgspec.Struct, frozen=True):
+    """next_cursor: for the next page, with the same states; null on the last one."""
+
+    rides: tuple[RideScene, ...]
+    next_cursor: str | None = None
 
 
 class SentVisit(msgspec.Struct, frozen=True):

@@ -5,12 +5,14 @@ from dataclasses import dataclass, field
 import msgspec
 
 from server.api.commands import Command
+from server.api.paging import cursor_of, microseconds_of, moment_of, of_kinds, position_of
 from server.api.security.access import Actor, now_ns
 from server.api.services import Services
 from server.api.sockets.developer_messages import (
     CommandReceipt,
     ListRides,
     NoParams,
+    RidesPage,
     SendToStop,
     SentVisit,
     Topic,
@@ -23,7 +25,7 @@ from server.domain.record.audit import AuditAction, Caller
 from server.domain.rides.rides import Ride
 from server.domain.roads.stops import CampusStop
 from server.live.projection import ride_scene
-from server.live.scene import RideScene, VehicleScene
+from server.live.scene import VehicleScene
 from server.live.viewer import EverythingScope, Viewer
 from server.usecases.fleet import campus, vehicle_commands
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -65,7 +67,7 @@ class DeveloperMethods:
         return {
             "list_vehicles": Method(NoParams, "read", list[VehicleScene], self._list_vehicles),
             "list_stops": Method(NoParams, "read", list[CampusStop], self._list_stops),
-            "list_rides": Method(ListRides, "read", list[RideScene], self._list_rides),
+            "list_rides": Method(ListRides, "read", RidesPage, self._list_rides),
             "send_to_stop": Method(SendToStop, "drive", SentVisit, self._send_to_stop),
             "pause": Method(VehicleCommandParams, "drive", CommandReceipt, self._pause),
             "resume": Method(VehicleCommandParams, "drive", CommandReceipt, self._resume),
@@ -80,11 +82,23 @@ class DeveloperMethods:
     async def _list_stops(self, _: NoParams) -> tuple[CampusStop, ...]:
         return await self._services.transactions.read(campus.stops)
 
-    async def _list_rides(self, params: ListRides) -> list[RideScene]:
-        def work(uow: UnitOfWork) -> tuple[Ride, ...]:
-            return uow.views.rides(states=params.states, limit=params.limit)
+    async def _list_rides(self, params: ListRides) -> RidesPage:
+        """Raises CursorInvalid."""
+        after = None
+        if params.cursor is not None:
+            moment, ride_id = of_kinds(position_of(params.cursor), int, str)
+            after = (moment_of(moment), str(ride_id))
 
-        return [ride_scene(ride) for ride in await self._services.transactions.read(work)]
+        def work(uow: UnitOfWork) -> tuple[Ride, ...]:
+            return uow.views.rides(states=params.states, limit=params.limit + 1, after=after)
+
+        found = await self._services.transactions.read(work)
+        shown = found[: params.limit]
+        if len(found) == len(shown):
+            return RidesPage(tuple(ride_scene(ride) for ride in shown))
+        last = shown[-1]
+        cursor = cursor_of((microseconds_of(last.requested_at), last.ride_id))
+        return RidesPage(tuple(ride_scene(ride) for ride in shown), cursor)
 
     async def _send_to_stop(self, params: SendToStop) -> SentVisit:
         def work(uow: UnitOfWork) -> SentVisit:

@@ -48,6 +48,10 @@ from server.domain.errors.record import (
     RunUnknown,
     SegmentConflict,
     SegmentUnknown,
+    TooManyWebhooks,
+    WebhookDisabled,
+    WebhookInvalid,
+    WebhookUnknown,
 )
 from server.domain.errors.rides import (
     BookingTooFarAhead,
@@ -169,11 +173,15 @@ __all__ = (
     "StoreUnavailable",
     "TicketKeyMissing",
     "TokenInvalid",
+    "TooManyWebhooks",
     "VehicleNotConnected",
     "VehicleNotPlaced",
     "VehicleOutOfService",
     "VehicleUnknown",
     "VisitUnknown",
+    "WebhookDisabled",
+    "WebhookInvalid",
+    "WebhookUnknown",
     "WrongCode",
     "WrongCredentials",
 )

@@ -1,4 +1,4 @@
-"""Refusals of recorded runs and incidents."""
+"""Refusals of recorded runs, incidents and webhooks."""
 
 from server.domain.errors.base import DomainError
 
@@ -43,3 +43,27 @@ class IncidentClosed(DomainError):
     """The incident is closed already."""
 
     code = "incident_closed"
+
+
+class WebhookUnknown(DomainError):
+    """No webhook that this caller may see has this id."""
+
+    code = "webhook_unknown"
+
+
+class WebhookInvalid(DomainError):
+    """The address or the types of events cannot be used for a webhook."""
+
+    code = "webhook_invalid"
+
+
+class WebhookDisabled(DomainError):
+    """The webhook is disabled; enable it first."""
+
+    code = "webhook_disabled"
+
+
+class TooManyWebhooks(DomainError):
+    """The campus has as many webhooks as it may have; delete one first."""
+
+    code = "too_many_webhooks"

@@ -30,6 +30,7 @@ class IncidentKind(StrEnum):
     PROMISE_BROKEN = "promise_broken"
     RIDE_FAILED = "ride_failed"
     SEAT_BUTTON = "seat_button"
+    WEBHOOK_DISABLED = "webhook_disabled"
 
 
 # Lower is more urgent: people, then danger on the road, then vehicles standing, then service.
@@ -55,6 +56,7 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.DEPARTURE_MISSED: 42,
     IncidentKind.PROMISE_BROKEN: 43,
     IncidentKind.SEAT_BUTTON: 50,
+    IncidentKind.WEBHOOK_DISABLED: 51,
 }
 
 

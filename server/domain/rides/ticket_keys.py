@@ -27,7 +27,7 @@ class TicketKeys:
 
     A token is a proof (HMAC-SHA-256 of the id, shortened) followed by the id, so that it is checked without
     a stored copy. The id of a key is a part of its hash and no secret. Browsers of operators have such tokens
-    too, without an id.
+    too, without an id. Secrets of webhooks are derived as well.
     """
 
     def __init__(self, keys: Sequence[bytes]) -> None:
@@ -80,6 +80,10 @@ class TicketKeys:
                 f"second factors made with the ticket key {key_id} cannot be checked; put the key back"
             )
         return self._digest(key_id, "second factor", factor_id)[:SECOND_FACTOR_BYTES]
+
+    def webhook_key(self, key_id: str, webhook_id: str, version: int) -> bytes | None:
+        """What messages of a webhook are signed with, 32 bytes; None if the ticket key is gone."""
+        return self._digest(key_id, "webhook", f"{webhook_id}\n{version}") if key_id in self._keys else None
 
     def _token(self, key_id: str, kind: str, subject: str) -> str:
         proof = self._digest(key_id, kind, subject)[:_PROOF_BYTES]

@@ -38,6 +38,7 @@ from server.store.tables.records import (
     segments,
     ticket_keys,
     vehicle_keys,
+    webhooks,
 )
 from server.store.tables.rides import (
     decisions,
@@ -94,5 +95,6 @@ __all__ = [
     "vehicle_events",
     "vehicle_keys",
     "vehicles",
+    "webhooks",
     "whereabouts",
 ]

@@ -1,4 +1,4 @@
-"""Incidents, recorded runs, identities, answers to commands, leases and counters."""
+"""Incidents, recorded runs, identities, answers to commands, webhooks, leases and counters."""
 
 from sqlalchemy import BigInteger, Column, Index, Integer, LargeBinary, String, Table, UniqueConstraint
 
@@ -163,6 +163,31 @@ command_answers = Table(
     Column("sealed", LargeBinary, nullable=False),
     instant("made_at"),
     Index(None, "campus_id", "made_at"),
+)
+webhooks = Table(
+    "webhooks",
+    metadata,
+    campus_key(),
+    key("webhook_id"),
+    text("url"),
+    text("event_types"),
+    string("account", 128),
+    string("made_by", 200),
+    instant("created_at"),
+    string("ticket_key_id"),
+    Column("version", Integer, nullable=False),
+    string("old_ticket_key_id"),
+    Column("old_version", Integer, nullable=False),
+    optional_instant("old_key_until"),
+    Column("cursor", BigInteger, nullable=False),
+    optional_instant("last_success_at"),
+    optional_instant("last_failure_at"),
+    string("last_failure", 200),
+    Column("failures", Integer, nullable=False),
+    optional_instant("failing_since"),
+    optional_instant("next_attempt_at"),
+    optional_instant("disabled_at"),
+    string("disabled_reason", 200),
 )
 leases = Table(
     "leases",

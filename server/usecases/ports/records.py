@@ -6,10 +6,12 @@ from typing import Protocol
 
 from server.domain.record.answers import KeyedRequest, StoredAnswer
 from server.domain.record.audit import AuditEntry, Head
+from server.domain.record.events import ServerEvent
 from server.domain.record.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.record.runs import Run, Segment
 from server.domain.record.second_factors import SecondFactor
+from server.domain.record.webhooks import Webhook
 
 
 class IncidentRepository(Protocol):
@@ -152,6 +154,28 @@ class AnswerRepository(Protocol):
 
     def forget_before(self, moment: datetime) -> int:
         """How many answers were dropped."""
+        ...
+
+
+class WebhookRepository(Protocol):
+    def get(self, webhook_id: str) -> Webhook | None: ...
+
+    def all(self) -> tuple[Webhook, ...]:
+        """Oldest first."""
+        ...
+
+    def save(self, webhook: Webhook) -> None: ...
+
+    def remove(self, webhook_id: str) -> None: ...
+
+    def last_event_number(self) -> int:
+        """Of the server's own events, 0 before the first one."""
+        ...
+
+    def events_after(
+        self, number: int, event_types: Sequence[str], limit: int
+    ) -> tuple[tuple[int, ServerEvent], ...]:
+        """Events of these types (`noun.verb`, `noun.*`) with their numbers, in order."""
         ...
 
 

@@ -28,6 +28,7 @@ from server.usecases.ports.records import (
     LeaseRepository,
     RunRepository,
     SecondFactorRepository,
+    WebhookRepository,
 )
 from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
@@ -66,6 +67,7 @@ class UnitOfWork(Protocol):
     audit: AuditRepository
     answers: AnswerRepository
     leases: LeaseRepository
+    webhooks: WebhookRepository
     history: HistoryRepository
 
     @property

@@ -20,6 +20,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.clock_and_ids import PasswordHasher
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.server_events import record_event
+from server.usecases.record.webhooks.deliveries import disable_of_account
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,5 +221,6 @@ def revoke_developer_token(uow: UnitOfWork, token_id: str, by: str) -> Developer
     revoked = token if token.revoked_at is not None else replace(token, revoked_at=uow.now)
     uow.identity.save_developer_token(revoked)
     record_event(uow, "token.revoked", token_id, by)
+    disable_of_account(uow, f"developer:{token_id}", "its developer token was revoked")
     uow.publish(topics.access(uow.campus_id))
     return revoked

@@ -1,6 +1,7 @@
 """The live server with crashes: database, journal and tracebacks hold no secret."""
 
 import asyncio
+import io
 import logging
 import sqlite3
 from collections.abc import Iterator
@@ -9,12 +10,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-import structlog
 
-from campusloop.live.journal import write_journal
 from tests.campusloop.live.live_server import LiveServer, live_server, obedient_vehicle
 from tests.campusloop.secret_search import Secrets
+from tests.campusloop.telemetry.restored_journal import restored_journal
 from tests.server.api.server_under_test import PASSWORD
+from vehicle_agent.runtime.processes.journal import write_journal
 
 KINDS = {
     "token",
@@ -36,12 +37,12 @@ SERIES = {
 
 
 @pytest.fixture
-def journal() -> Iterator[None]:
+def journal() -> Iterator[io.StringIO]:
     """The journal as the server writes it, all levels."""
-    before = structlog.get_config()
-    write_journal(logging.DEBUG)
-    yield
-    structlog.configure(**before)
+    with restored_journal():
+        written = io.StringIO()
+        write_journal("server", written, logging.DEBUG)
+        yield written
 
 
 async def hand_out_secrets(server: LiveServer) -> str:
@@ -53,6 +54,8 @@ async def hand_out_secrets(server: LiveServer) -> str:
         token: str = booked.raise_for_status().json()["token"]
         (await server.http.post("/series", json=SERIES)).raise_for_status()
         await server.developer_token("read", "drive")
+        webhook = {"url": "https://hooks.example.org/", "event_types": ["ride.*"]}
+        await server.change("POST", "/webhooks", webhook)
         await server.change("POST", f"/rides/{token}/help", {"text": "Hello?"})
         (await server.http.get("/rides")).raise_for_status()
     return token
@@ -76,7 +79,7 @@ async def crash(server: LiveServer, database: Path, token: str) -> None:
 
 
 def test_database_journal_and_tracebacks_hold_no_secret(
-    tmp_path: Path, journal: None, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, journal: io.StringIO, capfd: pytest.CaptureFixture[str]
 ) -> None:
     secrets = Secrets()
     secrets.add("password", PASSWORD)
@@ -91,7 +94,7 @@ def test_database_journal_and_tracebacks_hold_no_secret(
             await crash(server, tmp_path / "campusloop.db", token)
 
     asyncio.run(morning())
-    said = "".join(capfd.readouterr())
-    assert "Traceback" in said, "nothing has crashed"
+    said = journal.getvalue() + "".join(capfd.readouterr())
+    assert "OperationalError" in said, "nothing has crashed"
     assert secrets.kinds() >= KINDS
     assert secrets.found_in("journal", said.encode()) == set()

@@ -118,8 +118,9 @@ def test_a_passenger_who_repeats_gets_the_first_answer(server: ServerUnderTest, 
     ride = server.post("/rides", {"from_stop": "NN7", "to_stop": "C6"}).json()
     assert ride["state"] == "refused"
     url, body = f"/rides/{ride['token']}{path}", {"text": "help"} if path == "/help" else None
-    first = server.post(url, body, headers={"Idempotency-Key": KEY})
-    again = server.post(url, body, headers={"Idempotency-Key": KEY})
+    headers = {"Idempotency-Key": KEY, "X-Request-Id": "same-in-both"}
+    first = server.post(url, body, headers=headers)
+    again = server.post(url, body, headers=headers)
     assert (again.status_code, again.json()) == (first.status_code, first.json())
 
 

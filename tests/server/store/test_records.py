@@ -16,9 +16,11 @@ from server.domain.record.identity import (
 )
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.record.runs import Run, Segment
+from server.domain.record.webhooks import SigningKey, Webhook
 from server.domain.roads.closures import Closure, ClosureState
 from server.domain.service.service import Hours, ServiceException, ServicePattern
 from server.domain.service.timetable import Call, Departure, DepartureState
+from server.usecases.record.server_events import record_event
 from tests.server.store.conftest import Record
 from tests.server.usecases.campus_under_test import MORNING as NOW
 
@@ -214,3 +216,45 @@ def test_events_of_one_vehicle_or_of_all_are_listed_newest_first(record: Record)
     assert record.found(lambda uow: uow.views.vehicle_events("shuttle-1")) == (told[2], told[0])
     assert record.found(lambda uow: uow.views.vehicle_events("shuttle-3")) == ()
     assert record.found(lambda uow: uow.views.vehicle_events(limit=1)) == (told[2],)
+
+
+def test_webhooks_are_stored_changed_and_removed(record: Record) -> None:
+    new = Webhook(CAMPUS, "w1", "https://a/", ("ride.*",), "o", "ann", NOW, SigningKey("k", 1), 7)
+    old = replace(new, webhook_id="w0", created_at=NOW - HOUR)
+    full = replace(
+        new,
+        key=SigningKey("k2", 2),
+        old_key=SigningKey("k", 1),
+        old_key_until=NOW + HOUR,
+        cursor=2**40,
+        last_success_at=NOW,
+        last_failure_at=NOW,
+        last_failure="why",
+        failures=3,
+        failing_since=NOW,
+        next_attempt_at=NOW + HOUR,
+        disabled_at=NOW,
+        disabled_reason="gone",
+    )
+    for webhook in (new, old, full):
+        record.do(lambda uow, webhook=webhook: uow.webhooks.save(webhook))  # type: ignore[misc]
+    assert record.found(lambda uow: uow.webhooks.all()) == (old, full)
+    record.do(lambda uow: uow.webhooks.remove("w0"))
+    assert record.found(lambda uow: (uow.webhooks.get("w0"), uow.webhooks.get("w1"))) == (None, full)
+
+
+def test_events_for_webhooks_are_chosen_by_type_and_number(record: Record) -> None:
+    first = record.found(lambda uow: uow.webhooks.last_event_number())
+    names = ("ride.assigned", "ridexassigned", "vehicle.hold", "vehicle.holder", "ride.completed")
+    record.do(lambda uow: [record_event(uow, name, "s", "by") for name in names])
+
+    def chosen(number: int, *types: str, limit: int = 10) -> list[str]:
+        found = record.found(lambda uow: uow.webhooks.events_after(number, types, limit))
+        assert [n for n, _ in found] == sorted(n for n, _ in found)
+        return [event.name for _, event in found]
+
+    assert chosen(first, "ride.*") == ["ride.assigned", "ride.completed"]
+    assert chosen(first, "vehicle.hold", "ride.completed") == ["vehicle.hold", "ride.completed"]
+    assert chosen(first, "ride.*", limit=1) == ["ride.assigned"]
+    assert chosen(first + 1, "ride.*") == ["ride.completed"]
+    assert record.found(lambda uow: uow.webhooks.last_event_number()) == first + len(names)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import Engine, text
 from sqlalchemy.exc import DBAPIError
+from structlog.contextvars import bound_contextvars, get_contextvars
 
 from contract.roads.load import encode_map
 from server.adapters import SeededIds
@@ -358,3 +359,15 @@ def test_a_preview_leaves_the_live_store_as_it_was_and_says_nothing(engine: Engi
             assert await transactions.run(fleet_now) != before
 
     asyncio.run(scenario())
+
+
+@pytest.mark.parametrize("call", ["run", "read"])
+def test_what_a_use_case_logs_in_another_thread_names_the_request(call: str, tmp_path: Path) -> None:
+    write_fresh_database(tmp_path / "campusloop.db")
+
+    async def scenario() -> object:
+        async with live(open_engine(f"sqlite:///{tmp_path / 'campusloop.db'}")) as (transactions, _):
+            with bound_contextvars(request_id="request-7"):
+                return await getattr(transactions, call)(lambda _: get_contextvars())
+
+    assert asyncio.run(scenario()) == {"request_id": "request-7"}

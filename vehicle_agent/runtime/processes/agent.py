@@ -13,6 +13,7 @@ import msgspec
 
 from contract.roads.load import encode_map
 from contract.runlog.records import RunHeader
+from contract.tracing import NO_SPANS, Spans, SpanSource
 from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors
 from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
@@ -45,11 +46,13 @@ class AgentPlace:
     """folder: the vehicle's folder on disk; mail: the folder of its mailboxes (a short path).
 
     clock: the processes' clock; simulated vehicles on one machine may share one
+    spans: of the processes; the link sends those of tick and gate
     """
 
     folder: Path
     mail: Path
     clock: ClockSource = MONOTONIC
+    spans: SpanSource = NO_SPANS
 
 
 def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
@@ -84,7 +87,7 @@ def run_gate(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     vehicle = files.vehicle()
     with closing(place.clock.open(f"gate {vehicle.vehicle_id}")) as clock:
-        GateProcess(place.mail, vehicle.can_channel, files.profile(), clock).run()
+        GateProcess(place.mail, vehicle.can_channel, files.profile(), clock, _traced(place)).run()
 
 
 def run_planner(place: AgentPlace) -> None:
@@ -121,7 +124,10 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
 
 def run_links(places: tuple[AgentPlace, ...]) -> None:
     clock = places[0].clock.open("link")
-    asyncio.run(serve_links([_linked(place, clock) for place in places]))
+    spans = places[0].spans.open("link")
+    asyncio.run(serve_links([_linked(place, clock, spans) for place in places]))
+    if spans is not None:
+        spans.close()
 
 
 def run_tick(place: AgentPlace) -> None:
@@ -160,12 +166,17 @@ def run_tick(place: AgentPlace) -> None:
     with closing(clock):
         if vehicle.cameras:
             sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(place.mail, computer, sensors, show, clock, mask).run()
+            TickProcess(place.mail, computer, sensors, show, clock, mask, _traced(place)).run()
         else:
-            TickProcess(place.mail, computer, devices, show, clock, mask).run()
+            TickProcess(place.mail, computer, devices, show, clock, mask, _traced(place)).run()
 
 
-def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
+def _traced(place: AgentPlace) -> str:
+    """The vehicle, if its rides are traced."""
+    return "" if place.spans == NO_SPANS else AgentFolder(place.folder).vehicle().vehicle_id
+
+
+def _linked(place: AgentPlace, clock: Clock, spans: Spans | None) -> LinkedVehicle:
     """The link's parameters. Events belong to the link's own boot id; a killed link's events keep theirs."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
@@ -186,6 +197,7 @@ def _linked(place: AgentPlace, clock: Clock) -> LinkedVehicle:
         road_map=encode_map(road_map),
         progress=order_progress(mission_memory(files)),
         clock=clock,
+        spans=spans,
     )
 
 

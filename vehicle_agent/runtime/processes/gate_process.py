@@ -13,12 +13,14 @@ from vehicle_agent.config import Profile
 from vehicle_agent.gate.footprint import warm_footprint
 from vehicle_agent.gate.gate import gate_of
 from vehicle_agent.runtime.devices.can_bus import open_bus
+from vehicle_agent.runtime.order_tracing import GateTracing
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
     Commands,
     Deliveries,
     Delivery,
     Mailbox,
+    MailedSpans,
 )
 from vehicle_agent.runtime.processes.priority import GATE_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import CanFrame, ObstaclePercept, TrackPercept
@@ -30,8 +32,11 @@ log = structlog.get_logger()
 class GateProcess:
     """Moves frames both ways; `Gate` decides."""
 
-    def __init__(self, folder: Path, channel: str, profile: Profile, clock: Clock) -> None:
-        """folder: of the vehicle's mailboxes; channel: see `open_bus`."""
+    def __init__(self, folder: Path, channel: str, profile: Profile, clock: Clock, traced: str = "") -> None:
+        """folder: of the vehicle's mailboxes; channel: see `open_bus`.
+
+        traced  the vehicle, if its rides are traced
+        """
         by_wire = braking_of(profile)
         warm_footprint()
         self._clock = clock
@@ -40,6 +45,8 @@ class GateProcess:
         self._bus = open_bus(channel)
         self._mailbox = Mailbox(folder / "gate")
         self._tick = folder / "tick"
+        self._tracing = GateTracing(MailedSpans(self._mailbox, folder / "link"), traced) if traced else None
+        self._utc_offset_ns = clock.utc_offset_ns()
         self._stopping = False
         # A simulated bus returns a sender's own frames.
         self._own_ids = by_wire.command_ids()
@@ -57,7 +64,11 @@ class GateProcess:
             has_commands = self._take_commands()
             now_ns = self._clock.now_ns()
             if has_commands or now_ns >= due_ns:
-                self._send(self._gate.step(now_ns))
+                frames = self._gate.step(now_ns)
+                self._send(frames)
+                if self._tracing is not None:
+                    utc_ns = self._clock.now_ns() + self._utc_offset_ns
+                    self._tracing.sent(len(frames), bool(self._gate.braking), utc_ns)
                 self._send_to_tick(self._gate.report_frames(now_ns))
                 due_ns = now_ns + TICK_NS
             if self._gate.braking != was_braking:
@@ -74,6 +85,8 @@ class GateProcess:
         for mail in self._mailbox.take():
             if isinstance(mail, Commands):
                 self._gate.take_commands(mail.frames, self._clock.now_ns())
+                if self._tracing is not None:
+                    self._tracing.commanded(mail.rides, self._clock.now_ns() + self._utc_offset_ns)
                 has_commands = True
             elif isinstance(mail, Deliveries):
                 self._take_percepts(mail)

@@ -12,12 +12,14 @@ from pathlib import Path
 import httpx
 import structlog
 
+from contract.tracing import Spans
 from contract.wire.messages import OrderProgress
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import signature_text
 from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
+from vehicle_agent.runtime.order_tracing import LinkTracing
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
@@ -25,6 +27,7 @@ from vehicle_agent.runtime.processes.mailbox import (
     Delivery,
     Mailbox,
     TickReport,
+    TracedSpans,
 )
 from vehicle_agent.runtime.recording.recorder import RunLogEntry, SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
@@ -39,6 +42,7 @@ class LinkedVehicle:
 
     mail      the folder of its mailboxes
     progress  of its order, from the memory on disk
+    spans     of the process; None: rides are not traced
     """
 
     folder: Path
@@ -48,6 +52,7 @@ class LinkedVehicle:
     road_map: bytes
     progress: OrderProgress | None
     clock: Clock
+    spans: Spans | None = None
 
 
 class VehicleLink:
@@ -67,6 +72,10 @@ class VehicleLink:
         self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map)
         self._mailbox = Mailbox(vehicle.mail / "link")
         self._tick = vehicle.mail / "tick"
+        self._spans = vehicle.spans
+        vehicle_id = vehicle.identity.vehicle_id
+        self._tracing = None if vehicle.spans is None else LinkTracing(vehicle.spans, vehicle_id)
+        self._utc_offset_ns = vehicle.clock.utc_offset_ns()
         self._tick_boot_id = ""
         self._tick_is_up = asyncio.Event()
         self._reports: asyncio.Queue[TickReport] = asyncio.Queue(maxsize=2000)
@@ -104,6 +113,9 @@ class VehicleLink:
 
     def _collect(self) -> None:
         for mail in self._mailbox.take():
+            if isinstance(mail, TracedSpans) and self._spans is not None:
+                for span in mail.spans:
+                    self._spans.add(span)
             if not isinstance(mail, TickReport):
                 continue
             self._notice_boot(mail)
@@ -136,6 +148,8 @@ class VehicleLink:
         if lines or update.memory is not None:
             await asyncio.to_thread(self._bridge.write, update, lines)
         self._bridge.send(update, self._clock.now_ns())
+        if self._tracing is not None:
+            self._tracing.answered(update.answers, self._clock.now_ns() + self._utc_offset_ns)
         self._client.wake()
 
     def _write_log(self, entries: list[RunLogEntry]) -> None:
@@ -143,6 +157,8 @@ class VehicleLink:
 
     def _deliver(self, message: LinkMessage) -> None:
         delivery = Delivery(self._clock.now_ns(), "link", message)
+        if self._tracing is not None:
+            self._tracing.received(message, delivery.arrival_ns + self._utc_offset_ns)
         if not self._mailbox.post(self._tick, Deliveries((delivery,))):
             log.warning("link.word_lost", vehicle_id=self._identity.vehicle_id, word=type(message).__name__)
 

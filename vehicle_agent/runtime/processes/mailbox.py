@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from contract.runlog.arrays import dec_hook, enc_hook
+from contract.tracing import Span
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
 from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
@@ -31,9 +32,13 @@ class Deliveries(msgspec.Struct, frozen=True, tag="deliveries"):
 
 
 class Commands(msgspec.Struct, frozen=True, tag="commands"):
-    """To the gate: one tick's frames."""
+    """To the gate: one tick's frames.
+
+    rides: those for which these frames are the first ones with a throttle, if rides are traced
+    """
 
     frames: tuple[CanFrame, ...]
+    rides: tuple[str, ...] = ()
 
 
 class TickReport(msgspec.Struct, frozen=True, tag="tick_report"):
@@ -49,7 +54,13 @@ class PlannerJobs(msgspec.Struct, frozen=True, tag="work"):
     jobs: tuple[PlanJob, ...]
 
 
-Mail = Deliveries | Commands | TickReport | PlannerJobs
+class TracedSpans(msgspec.Struct, frozen=True, tag="spans"):
+    """To the link, which sends them: tick and gate have no time for that."""
+
+    spans: tuple[Span, ...]
+
+
+Mail = Deliveries | Commands | TickReport | PlannerJobs | TracedSpans
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)
@@ -95,3 +106,16 @@ class Mailbox:
     def close(self) -> None:
         self._socket.close()
         self.path.unlink(missing_ok=True)
+
+
+class MailedSpans:
+    """Spans that go to the vehicle's link by mail."""
+
+    def __init__(self, mailbox: Mailbox, link: Path) -> None:
+        self._mailbox, self._link = mailbox, link
+
+    def add(self, span: Span) -> None:
+        self._mailbox.post(self._link, TracedSpans((span,)))
+
+    def close(self) -> None:
+        """Nothing is left."""

@@ -17,7 +17,7 @@ from types import FrameType
 
 import structlog
 
-from vehicle_agent.runtime.processes.journal import keep_logging
+from vehicle_agent.runtime.processes.journal import run_logged, write_journal
 
 log = structlog.get_logger()
 
@@ -141,5 +141,5 @@ def _run(job: Job, parent: int) -> None:
         file = os.open(job.log_file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         os.dup2(file, 1)
         os.dup2(file, 2)
-    keep_logging(sys.stdout)
-    job.target(*job.arguments)
+    write_journal(job.name)
+    run_logged(job.target, *job.arguments)

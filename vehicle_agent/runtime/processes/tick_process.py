@@ -16,11 +16,13 @@ from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.runtime.order_tracing import TickTracing
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
     Commands,
     Deliveries,
     Mailbox,
+    MailedSpans,
     PlannerJobs,
     TickReport,
 )
@@ -81,8 +83,9 @@ class TickProcess:
         show: Show,
         clock: Clock,
         mask: CodeMask,
+        traced: str = "",
     ) -> None:
-        """mail: the folder of the vehicle's mailboxes."""
+        """mail: the folder of the vehicle's mailboxes; traced: the vehicle, if its rides are traced."""
         self._mail = mail
         self._clock = clock
         self._mailbox = Mailbox(mail / "tick")
@@ -91,6 +94,8 @@ class TickProcess:
         self._show = show
         self._inbox = Inbox(mask=mask)
         self._update_writer = TickUpdateWriter()
+        self._tracing = TickTracing(MailedSpans(self._mailbox, mail / "link"), traced) if traced else None
+        self._utc_offset_ns = clock.utc_offset_ns()
         self._shown: HmiOutput | None = None
         self._shown_ns = 0
         self._stopping = False
@@ -126,7 +131,7 @@ class TickProcess:
 
     def _send_outputs(self, outputs: Outputs, now_ns: int) -> None:
         """Sends the outputs; frames first."""
-        self._mailbox.post(self._mail / "gate", Commands(outputs.frames))
+        self._mailbox.post(self._mail / "gate", Commands(outputs.frames, self._moved(outputs, now_ns)))
         if outputs.jobs:
             self._mailbox.post(self._mail / "planner", PlannerJobs(outputs.jobs))
         if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
@@ -136,3 +141,9 @@ class TickProcess:
         update = self._update_writer.update(outputs, memory, now_ns)
         if update is not None or self._computer.entries:
             self._mailbox.post(self._mail / "link", TickReport(update, tuple(self._computer.entries)))
+
+    def _moved(self, outputs: Outputs, now_ns: int) -> tuple[str, ...]:
+        if self._tracing is None:
+            return ()
+        memory = self._computer.state.mission.memory
+        return self._tracing.moved(outputs, memory, now_ns + self._utc_offset_ns)

@@ -91,3 +91,29 @@ def test_a_script_gets_what_it_subscribed_to_and_no_longer_what_it_gave_up(serve
         assert response is not None
         assert msgspec.json.decode(response)["result"] == left
         assert sorted(subscriptions.topics) == left
+
+
+@pytest.mark.parametrize("limit", [1, 2, 3, 500])
+def test_pages_of_rides_are_all_rides_newest_first(server: ServerUnderTest, limit: int) -> None:
+    booked = []
+    for number in range(5):
+        booked.append(server.post("/rides", {"from_stop": "NN7", "to_stop": "C6"}).json()["ride_id"])
+        server.elapse(1.0 if number % 2 else 0.0)
+    whole = ask(server, "list_rides", {}, "read")["result"]
+    assert whole["next_cursor"] is None
+    assert sorted(ride["ride_id"] for ride in whole["rides"]) == sorted(booked)
+    found, cursor = [], None
+    for _ in range(6):
+        params = {"limit": limit} | ({"cursor": cursor} if cursor else {})
+        page = ask(server, "list_rides", params, "read")["result"]
+        found += page["rides"]
+        cursor = page["next_cursor"]
+        if cursor is None:
+            break
+    assert found == whole["rides"]
+
+
+@pytest.mark.parametrize("cursor", ["WzFd", "no cursor", "WyJhIiwiYiJd", "Wy0xLCJhIl0"])
+def test_a_cursor_of_another_list_is_refused(server: ServerUnderTest, cursor: str) -> None:
+    error = ask(server, "list_rides", {"cursor": cursor}, "read")["error"]
+    assert error["data"]["code"] == "cursor_invalid"

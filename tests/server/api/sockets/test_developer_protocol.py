@@ -20,6 +20,7 @@ REQUESTS: list[tuple[str, object]] = [
     ("list_vehicles", {}),
     ("list_stops", {}),
     ("list_rides", {"limit": 5}),
+    ("list_rides", {"limit": 5, "cursor": "WzE3ODgyNDk2MDAwMDAwMDAsInJpZGUtMSJd"}),
     ("send_to_stop", {"vehicle_id": "shuttle-1", "stop_id": "C6", "dry_run": True}),
     ("send_to_stop", {"vehicle_id": "shuttle-1", "stop_id": "C6", "idempotency_key": "12345678"}),
     ("pause", {"vehicle_id": "shuttle-1"}),

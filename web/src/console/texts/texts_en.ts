@@ -338,6 +338,7 @@ export const en = {
     road_closed: "Riders meet a closed road",
     order_rejected: "Order rejected",
     departure_missed: "Departure missed",
+    webhook_disabled: "Webhook disabled",
     promise_broken: "Promise broken",
     ride_failed: "Ride failed",
     seat_button: "Seat button pressed",

@@ -298,6 +298,7 @@ export const zh: ConsoleTexts = {
     road_closed: "乘客受封路影响",
     order_rejected: "任务被拒绝",
     departure_missed: "错过班次",
+    webhook_disabled: "Webhook 已停用",
     promise_broken: "未履行承诺",
     ride_failed: "行程失败",
     seat_button: "座位按钮被按下",

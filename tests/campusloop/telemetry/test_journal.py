@@ -8,19 +8,20 @@ from collections.abc import Iterator
 import pytest
 import structlog
 
-from campusloop.live.journal import write_journal
+from tests.campusloop.telemetry.restored_journal import restored_journal
+from vehicle_agent.runtime.processes.journal import write_journal
 
 TOKEN = "q3Jv0X2mQp7sT4uYb1cD9w"
 
 
 @pytest.fixture(params=[True, False], ids=["terminal", "lines"])
 def journal(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[io.StringIO]:
-    before, stream = structlog.get_config(), io.StringIO()
+    stream = io.StringIO()
     monkeypatch.setattr(stream, "isatty", lambda: request.param, raising=False)
     monkeypatch.setattr(sys, "stderr", stream)
-    write_journal()
-    yield stream
-    structlog.configure(**before)
+    with restored_journal():
+        write_journal("server")
+        yield stream
 
 
 def fail_with(token: str) -> None:
