@@ -7,7 +7,7 @@ import httpx
 import pytest
 import structlog
 
-from server.adapters import SeededIds
+from server.adapters import SeededIds, SystemClock
 from server.api.problems import install
 from server.api.request_ids import RequestIds, current_request_id
 from server.api.rides.booking_batcher import BookingBatcher
@@ -109,7 +109,7 @@ def test_bookings_that_are_decided_together_are_logged_with_all_their_ids() -> N
             await batcher.book(BookRide("a", "b", 1))
 
     async def scenario() -> None:
-        batcher = BookingBatcher(Transactions())  # type: ignore[arg-type]
+        batcher = BookingBatcher(Transactions(), SystemClock())  # type: ignore[arg-type]
         await asyncio.gather(*(book(batcher, name) for name in ("one", "two")))
 
     asyncio.run(scenario())

@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import pytest
 
+from server.adapters import SystemClock
 from server.api.rides.booking_batcher import BookingBatcher
 from server.domain.errors import DomainError, OutcomeUnknown, StoreUnavailable
 from server.domain.rides.rides import BookRide
@@ -44,7 +45,7 @@ def test_a_booking_is_answered_with_503_and_when_to_ask_again(
 @pytest.mark.parametrize("error", [StoreUnavailable("locked"), OutcomeUnknown("cut")], ids=lambda e: e.code)
 def test_bookings_that_were_decided_together_are_not_tried_again_one_by_one(error: DomainError) -> None:
     transactions = FailingTransactions(error)
-    batcher = BookingBatcher(transactions)
+    batcher = BookingBatcher(transactions, SystemClock())
 
     async def scenario() -> list[Any]:
         requests = [BookRide("NN7", "C6", 1) for _ in range(3)]
