@@ -1,4 +1,4 @@
-export type Page = "live" | "rides" | "service" | "incidents" | "runs" | "access";
+export type Page = "live" | "rides" | "service" | "incidents" | "runs" | "audit" | "access";
 
 export interface Address {
   readonly page: Page;
@@ -6,7 +6,15 @@ export interface Address {
   readonly ids: readonly string[];
 }
 
-export const PAGES: readonly Page[] = ["live", "rides", "service", "incidents", "runs", "access"];
+export const PAGES: readonly Page[] = [
+  "live",
+  "rides",
+  "service",
+  "incidents",
+  "runs",
+  "audit",
+  "access",
+];
 
 export function addressFrom(fragment: string): Address {
   const [name, ...ids] = fragment.replace(/^#\/?/, "").split("/").map(decodeURIComponent);

@@ -3,7 +3,10 @@ import type { Campus } from "../shared/campus/campus";
 import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
 import { Loading, ProblemAlert } from "../shared/ui/alerts";
 import { AccessPage } from "./access/access_page";
+import { PasswordChange } from "./account/password_change";
+import { SecondFactorDialog } from "./account/second_factor_dialog";
 import { fragmentOf } from "./address";
+import { AuditPage } from "./audit/audit_page";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
 import { address } from "./navigation";
@@ -24,6 +27,7 @@ export function App() {
   });
   if (session.value === null) return <SignIn />;
   if (session.value === undefined) return <SessionCheck />;
+  if (session.value.password_change_needed) return <PasswordChange />;
   return <Console />;
 }
 
@@ -58,6 +62,7 @@ function Console() {
     <div class="console">
       <TopBar />
       <HelpBanner />
+      <SecondFactorDialog />
       <main>
         {campus.value === null ? <CampusLoading /> : <CurrentPage campus={campus.value} />}
       </main>
@@ -102,6 +107,8 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
       ) : (
         <RunsPage />
       );
+    case "audit":
+      return <AuditPage />;
     case "access":
       return <AccessPage />;
     case "live":

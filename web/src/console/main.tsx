@@ -3,6 +3,7 @@ import { loadCampus } from "../shared/campus/campus";
 import "../shared/ui/theme.css";
 import "../shared/ui/controls.css";
 import "./console.css";
+import "./texts/problem_texts";
 import { App } from "./app";
 import { restoreSession } from "./session";
 

@@ -2,9 +2,12 @@ import { signal } from "@preact/signals";
 import type { Schemas } from "../shared/api/client";
 import { api, resultOf } from "../shared/api/client";
 import type { Problem } from "../shared/api/problem";
+import { problemFrom } from "../shared/api/problem";
 import { LiveLink } from "../shared/live/live_link";
+import { askSecondFactor } from "./account/second_factor_question";
 
 type Session = Schemas["SessionView"];
+export type Role = Session["roles"][number];
 
 const SIGNED_IN = "campusloop.signed_in";
 
@@ -13,17 +16,39 @@ export const session = signal<Session | null | undefined>(undefined);
 export const sessionProblem = signal<Problem | null>(null);
 export const link = signal<LiveLink | null>(null);
 
+/** Requests as they were before they were sent: one that needs the second factor is sent again. */
+const changes = new Map<string, Request>();
+
 api.use({
-  onRequest: ({ request }) => {
+  onRequest: ({ request, id }) => {
     const token = session.peek()?.csrf_token;
-    if (token !== undefined && request.method !== "GET") request.headers.set("X-CSRF-Token", token);
+    if (token === undefined || request.method === "GET") return request;
+    request.headers.set("X-CSRF-Token", token);
+    changes.set(id, request.clone());
     return request;
   },
-  onResponse: ({ response }) => {
-    if (response.status === 401 && session.peek() != null) setSession(null);
-    return response;
+  onResponse: async ({ response, id }) => {
+    const change = changes.get(id);
+    changes.delete(id);
+    if (response.status === 401 && session.peek() != null && !(await isWrongPassword(response)))
+      setSession(null);
+    if (response.status !== 403 || change === undefined) return response;
+    const { code } = problemFrom(403, await response.clone().json());
+    const answered = code === "second_factor_needed" && (await askSecondFactor());
+    return answered ? fetch(change) : response;
   },
 });
+
+/** Asked for the password again, the operator has mistyped it: the session goes on. */
+async function isWrongPassword(response: Response): Promise<boolean> {
+  return problemFrom(401, await response.clone().json()).code === "wrong_credentials";
+}
+
+/** One of these roles is the operator's. */
+export function may(...roles: readonly Role[]): boolean {
+  const own = session.value?.roles ?? [];
+  return roles.some((role) => own.includes(role));
+}
 
 /** After a reload the session's cookie may still be valid; the page cannot read it, so it asks the server. */
 export async function restoreSession(): Promise<void> {
@@ -43,6 +68,11 @@ export async function signIn(name: string, password: string): Promise<Problem | 
   if (!result.ok) return result.problem;
   setSession(result.value);
   return null;
+}
+
+export async function refreshSession(): Promise<void> {
+  const result = await resultOf(api.GET("/api/v1/session"));
+  if (result.ok) session.value = result.value;
 }
 
 export async function signOut(): Promise<void> {

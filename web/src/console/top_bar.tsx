@@ -4,7 +4,7 @@ import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { PAGES, fragmentOf } from "./address";
 import { address } from "./navigation";
-import { link, session, signOut } from "./session";
+import { link, may, session, signOut } from "./session";
 import { texts } from "./texts/texts";
 import { formatTimeWithSeconds, now_ms } from "./texts/times";
 
@@ -15,7 +15,7 @@ export function TopBar() {
       <Logo />
       <strong class="campus-name">{campus.value?.view.name ?? t.title}</strong>
       <nav aria-label={t.nav}>
-        {PAGES.map((page) => (
+        {PAGES.filter((page) => page !== "audit" || may("admin")).map((page) => (
           <a
             key={page}
             href={fragmentOf(page)}

@@ -1,6 +1,9 @@
+import { Account } from "../account/account";
+import { RoleGate } from "../account/role_gate";
 import { texts } from "../texts/texts";
 import { DeveloperTokenList } from "./developer_tokens";
 import { EnrolmentForm } from "./enrolment_form";
+import { OperatorList } from "./operator_list";
 
 export function AccessPage() {
   return (
@@ -8,8 +11,12 @@ export function AccessPage() {
       <header class="sheet-head">
         <h1>{texts.value.access}</h1>
       </header>
-      <EnrolmentForm />
-      <DeveloperTokenList />
+      <Account />
+      <RoleGate roles={["admin"]}>
+        <OperatorList />
+        <EnrolmentForm />
+        <DeveloperTokenList />
+      </RoleGate>
     </section>
   );
 }

@@ -4,7 +4,7 @@ import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { goTo } from "../navigation";
-import { link } from "../session";
+import { link, may } from "../session";
 import { incidents } from "../store/incidents";
 import { texts } from "../texts/texts";
 import { formatTimeOrDateTime } from "../texts/times";
@@ -70,7 +70,7 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
         {incident.acknowledged_by !== "" && <span>{t.seen_by(incident.acknowledged_by)}</span>}
         {!is_open && <span>{t.closed_by(incident.closed_by)}</span>}
       </p>
-      {is_open && (
+      {is_open && may("dispatcher", "safety") && (
         <div class="buttons">
           {is_new && (
             <button type="button" class="button small main" onClick={() => void act("acknowledge")}>

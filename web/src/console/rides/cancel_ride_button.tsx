@@ -5,6 +5,7 @@ import type { Problem } from "../../shared/api/problem";
 import { hasEnded } from "../../shared/scene/scene";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
+import { may } from "../session";
 import { rides } from "../store/rides";
 import { texts } from "../texts/texts";
 
@@ -14,7 +15,7 @@ export function CancelRideButton({ ride }: { readonly ride: Schemas["RideRecord"
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
   const is_aboard = ride.state === "aboard";
-  if (hasEnded(ride.state) || ride.let_out) return null;
+  if (hasEnded(ride.state) || ride.let_out || !may("dispatcher")) return null;
   const cancel = async () => {
     confirming.value = false;
     const path = { params: { path: { ride_id: ride.ride_id } } };

@@ -6,6 +6,7 @@ import type { Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
 import { fromLocalInput } from "../../shared/texts/times";
 import { ProblemAlert } from "../../shared/ui/alerts";
+import { RoleGate } from "../account/role_gate";
 import { TextField } from "../forms/text_field";
 import { closures } from "../store/closures";
 import { texts } from "../texts/texts";
@@ -21,7 +22,9 @@ export function ClosureList() {
     <section class="block card">
       <h2>{t.closures}</h2>
       <p class="hint">{t.closures_lead}</p>
-      <ClosureForm />
+      <RoleGate roles={["dispatcher"]}>
+        <ClosureForm />
+      </RoleGate>
       {closures.problem.value !== null && <ProblemAlert problem={closures.problem.value} />}
       {shown !== null && shown.length === 0 && <p class="empty">{t.no_closures}</p>}
       <ul class="rows">

@@ -4,6 +4,7 @@ import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { ProblemAlert } from "../../shared/ui/alerts";
+import { RoleGate } from "../account/role_gate";
 import { TextField } from "../forms/text_field";
 import { refreshService } from "../store/service";
 import { texts } from "../texts/texts";
@@ -19,7 +20,9 @@ export function ExceptionList({ shown }: { readonly shown: Service }) {
     <section class="block card">
       <h2>{t.exceptions}</h2>
       <p class="hint">{t.exceptions_lead}</p>
-      <ExceptionForm shown={shown} />
+      <RoleGate roles={["dispatcher"]}>
+        <ExceptionForm shown={shown} />
+      </RoleGate>
       {shown.exceptions.length === 0 && <p class="empty">{t.no_exceptions}</p>}
       <ul class="rows">
         {shown.exceptions.map((exception) => (

@@ -9,6 +9,7 @@ import type {
   SpeedLimitReason,
   VisitScene,
 } from "../../shared/scene/scene";
+import type { Role } from "../session";
 import type { Condition } from "../../shared/scene/condition";
 
 const conditions: Record<Condition, string> = {
@@ -472,6 +473,67 @@ export const en = {
   booked_to: (stop: string) => `booked to ${stop}`,
 
   id_hint: "Letters, digits and . _ @ : -",
+
+  audit: "Audit log",
+  roles: { viewer: "viewer", dispatcher: "dispatcher", safety: "safety", admin: "admin" } as Record<
+    Role,
+    string
+  >,
+  needs_role: (roles: string) => `This takes the role ${roles}. An admin can give it to you.`,
+  account: "Your account",
+  your_roles: (roles: string) => `Your roles: ${roles}`,
+  present_password: "Present password",
+  new_password: "New password",
+  new_password_hint: "At least 12 characters.",
+  change_password: "Change the password",
+  password_changed: "Changed. Your other sessions have ended.",
+  initial_title: "Choose a password",
+  initial_text: "Your password was given by an admin. Choose one that only you know.",
+  second_factor: "Second factor",
+  second_factor_on: "An authenticator is set up: moving a vehicle asks for its code.",
+  second_factor_off: "None. With one, moving a vehicle asks for a code of your authenticator.",
+  second_factor_begin: "Set up an authenticator",
+  second_factor_new: "Replace the authenticator",
+  second_factor_remove: "Remove the authenticator",
+  second_factor_scan:
+    "Read the picture with an authenticator app, or type the key. Then enter its code.",
+  qr: "QR code for an authenticator app",
+  recovery_once: "Keep these recovery codes: they are shown this once, and each works once.",
+  code: "Code",
+  code_title: "Second factor",
+  code_text: "This sets a vehicle in motion or gives access. Enter a code of your authenticator.",
+  confirm_code: "Confirm",
+  operators: "Operators",
+  operators_lead: "Everyone sees the fleet; roles say what else. Changes take effect at once.",
+  create_operator: "Create the operator",
+  initial_for: (name: string) => `Initial password of ${name}`,
+  initial_once: "Copy it now: it is shown this once, and must be changed at the first sign-in.",
+  initial_password: "initial password",
+  with_second_factor: "with second factor",
+  without_second_factor: "without second factor",
+  disabled: "disabled",
+  disable: "Disable",
+  enable: "Enable",
+  reset_password: "Reset the password",
+  reset_second_factor: "Reset the second factor",
+  audit_lead:
+    "Commands, sign-ins, refusals and changes of access. Each entry is chained to the one before.",
+  audit_number: "No.",
+  audit_when: "When",
+  audit_by: "Who",
+  audit_action: "What",
+  audit_subject: "About",
+  audit_outcome: "Outcome",
+  audit_address: "From",
+  audit_command: "Command",
+  show: "Show",
+  no_entries: "No entries.",
+  follow_command: "How it ended",
+  in_run: (boot: string, seconds: string) => `run ${boot} at ${seconds} s`,
+  verify_chain: "Verify the chain",
+  chain_intact: (count: number) =>
+    `All ${count} entries follow one another. Compare the head with the server's log:`,
+  chain_broken: (number: number, what: string) => `The chain breaks at entry ${number}: ${what}`,
 };
 
 export type ConsoleTexts = typeof en;

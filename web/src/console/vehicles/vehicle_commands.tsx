@@ -4,6 +4,7 @@ import type { Problem, Result } from "../../shared/api/problem";
 import { modeOf, type Scene, type VehicleScene } from "../../shared/scene/scene";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
+import { RoleGate } from "../account/role_gate";
 import type { InterventionKind } from "../interventions/intervention_dialog";
 import { InterventionDialog } from "../interventions/intervention_dialog";
 import { texts } from "../texts/texts";
@@ -52,72 +53,85 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const is_held = facts.held || modeOf(vehicle) !== "autonomous";
   return (
     <div class="commands">
-      <div class="buttons">
-        <button
-          type="button"
-          class={`button small ${is_held ? "main" : ""}`}
-          disabled={!is_held}
-          onClick={() => void run("resume", t.resume)}
-        >
-          {t.resume}
-        </button>
-        <button
-          type="button"
-          class="button small"
-          disabled={facts.held}
-          onClick={() => {
-            open_dialog.value = "hold";
-          }}
-        >
-          {t.hold}
-        </button>
-        <button
-          type="button"
-          class="button small danger"
-          onClick={() => {
-            open_dialog.value = "stop-now";
-          }}
-        >
-          {t.stop_now}
-        </button>
-        <button
-          type="button"
-          class="button small"
-          onClick={() => {
-            open_dialog.value = "reassign";
-          }}
-        >
-          {t.reassign}
-        </button>
-        {task.people_aboard > 0 && (
+      <RoleGate roles={["safety"]}>
+        <div class="buttons">
+          <button
+            type="button"
+            class={`button small ${is_held ? "main" : ""}`}
+            disabled={!is_held}
+            onClick={() => void run("resume", t.resume)}
+          >
+            {t.resume}
+          </button>
+          <button
+            type="button"
+            class="button small"
+            disabled={facts.held}
+            onClick={() => {
+              open_dialog.value = "hold";
+            }}
+          >
+            {t.hold}
+          </button>
           <button
             type="button"
             class="button small danger"
             onClick={() => {
-              open_dialog.value = "evacuate";
+              open_dialog.value = "stop-now";
             }}
           >
-            {t.evacuate}
+            {t.stop_now}
           </button>
-        )}
-        {facts.in_service ? (
+          {task.people_aboard > 0 && (
+            <button
+              type="button"
+              class="button small danger"
+              onClick={() => {
+                open_dialog.value = "evacuate";
+              }}
+            >
+              {t.evacuate}
+            </button>
+          )}
+          {facts.in_service ? (
+            <button
+              type="button"
+              class="button small"
+              onClick={() => {
+                open_dialog.value = "recall";
+              }}
+            >
+              {t.recall}
+            </button>
+          ) : (
+            <button
+              type="button"
+              class="button small"
+              onClick={() => void run("release", t.release)}
+            >
+              {t.release}
+            </button>
+          )}
+        </div>
+        <SendToStopForm vehicle_id={vehicle_id} onDone={(result) => finish(result, t.sent)} />
+      </RoleGate>
+      <RoleGate roles={["dispatcher"]}>
+        <div class="buttons">
           <button
             type="button"
             class="button small"
             onClick={() => {
-              open_dialog.value = "recall";
+              open_dialog.value = "reassign";
             }}
           >
-            {t.recall}
+            {t.reassign}
           </button>
-        ) : (
-          <button type="button" class="button small" onClick={() => void run("release", t.release)}>
-            {t.release}
-          </button>
-        )}
-      </div>
-      <AnnouncementForm vehicle_id={vehicle_id} onDone={(result) => finish(result, t.announced)} />
-      <SendToStopForm vehicle_id={vehicle_id} onDone={(result) => finish(result, t.sent)} />
+        </div>
+        <AnnouncementForm
+          vehicle_id={vehicle_id}
+          onDone={(result) => finish(result, t.announced)}
+        />
+      </RoleGate>
       <p class="command-outcome" role="status">
         {outcome.value}
       </p>

@@ -1,3 +1,4 @@
+import { RoleGate } from "../account/role_gate";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { BackIcon } from "../../shared/ui/icons";
 import { goTo } from "../navigation";
@@ -33,7 +34,9 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <VehicleStatus vehicle={vehicle} scene={scene} now_ms={now_ms} />
       <VisitList vehicle={vehicle} />
-      <ShiftForm vehicle_id={vehicle.vehicle_id} />
+      <RoleGate roles={["dispatcher"]}>
+        <ShiftForm vehicle_id={vehicle.vehicle_id} />
+      </RoleGate>
     </section>
   );
 }

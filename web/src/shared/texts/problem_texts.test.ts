@@ -1,5 +1,6 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
+import "../../console/texts/problem_texts";
 import { problemCodes } from "./problem_texts";
 
 test("every problem code that a page can receive has a text in both languages", () => {

@@ -1,7 +1,7 @@
 import type { Language } from "./preference";
 
 /** What each problem of the API means for the user, by its code. */
-const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
+const PROBLEMS: Record<Language, Record<string, string>> = {
   en: {
     offline: "No connection to the server. Check your network and try again.",
     not_json: "This page cannot read the server's answer. Reload the page.",
@@ -125,6 +125,12 @@ const PROBLEMS: Record<Language, Readonly<Record<string, string>>> = {
     token_unknown: "没有该令牌。",
   },
 };
+
+/** Adds the texts of problems that only this page's users meet. */
+export function addProblemTexts(texts: Record<Language, Readonly<Record<string, string>>>): void {
+  for (const language of ["en", "zh-CN"] as const)
+    Object.assign(PROBLEMS[language], texts[language]);
+}
 
 /** The text for a problem's code; null for an unknown code, whose detail by the server is shown instead. */
 export function problemText(code: string, language: Language): string | null {
