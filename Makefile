@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
   lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle generators \
-  cluster tracing clean
+  cluster tracing sbom clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -24,6 +24,7 @@ help:
 	@echo "make generators  install what tests check the specifications with (CI does)"
 	@echo "make cluster     install Dask, for --cluster (CI does)"
 	@echo "make tracing     install what sends traces of rides, for OTEL_EXPORTER_OTLP_ENDPOINT (CI does)"
+	@echo "make sbom    what the server and the pages consist of, in CycloneDX (var/sbom)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
@@ -167,6 +168,19 @@ var/peers/installed: requirements/peers.txt
 # the Python generator of clients, whose libraries clash with ours.
 generators: var/generators/installed web/tools/node_modules/installed
 
+# What a running campus consists of, in CycloneDX: of Python what run.txt locks, of the pages what is in them.
+sbom: var/sbom/installed
+	var/sbom/bin/cyclonedx-py requirements requirements/run.txt --pyproject pyproject.toml --of JSON \
+	  -o var/sbom/python.cdx.json
+	cd web && npm sbom --omit dev --package-lock-only --sbom-format cyclonedx > ../var/sbom/web.cdx.json
+	@ls -l var/sbom/*.cdx.json
+
+var/sbom/installed: requirements/sbom.txt
+	$(PYTHON) -m venv var/sbom
+	var/sbom/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r requirements/sbom.txt
+	@touch $@
+
 # Dask, for --cluster.
 cluster: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/cluster.txt
@@ -191,7 +205,7 @@ lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
-	$(COMPILE) requirements/generators.in -o requirements/generators.txt
+	for tool in generators sbom; do $(COMPILE) requirements/$$tool.in -o requirements/$$tool.txt || exit 1; done
 	for extra in cluster oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done

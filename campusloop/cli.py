@@ -26,14 +26,16 @@ _COMMANDS = (
     "backup",
     "restore",
     "doctor",
+    "audit",
     "warm",
 )
-_OPERATIONS = ("backup", "restore", "doctor")
+_OPERATIONS = ("backup", "restore", "doctor", "audit")
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "scenario": "Scenario files: run them and check their expectations.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
+    "audit": "The audit log: is its chain whole?",
     "infrastructure": "The time that cameras at crossings save.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }

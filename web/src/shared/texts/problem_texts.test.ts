@@ -20,6 +20,10 @@ test("every problem code that a page can receive has a text in both languages", 
     "token_invalid",
     "scope_missing",
     "signature_wrong",
+    "webhook_invalid",
+    "webhook_unknown",
+    "webhook_disabled",
+    "too_many_webhooks",
   ];
   for (const language of ["en", "zh-CN"] as const) {
     const known = new Set(problemCodes(language));
