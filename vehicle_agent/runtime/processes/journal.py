@@ -91,6 +91,11 @@ def write_journal(process: str, stream: TextIO | None = None, level: int = loggi
     )
     # Above INFO only: libraries tell whole addresses there, and a ride's address is its secret.
     logging.basicConfig(level=max(level, logging.WARNING), handlers=[handler], force=True)
+    for name in logging.root.manager.loggerDict:
+        # Libraries may have set up loggers of their own, e.g. uvicorn.
+        library = logging.getLogger(name)
+        library.handlers.clear()
+        library.propagate = True
     warnings.showwarning = _log_warning
     sys.excepthook = _log_end
     threading.excepthook = _log_end_of_thread
