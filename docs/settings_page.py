@@ -1,4 +1,4 @@
-"""Writes docs/server/settings.md from the types of the settings.
+"""Writes docs/settings.md from the types of the settings.
 
 python -m docs.settings_page      # after a change of server/settings.py; a test keeps them equal
 """
@@ -13,7 +13,7 @@ from pydantic_core import PydanticUndefined
 
 from server.settings import FILE_SUFFIX, PREFIX, Settings, is_file_variable
 
-PAGE = Path(__file__).parent / "server" / "settings.md"
+PAGE = Path(__file__).parent / "settings.md"
 MIB = 1024 * 1024
 
 TEXT = f"""# Settings
