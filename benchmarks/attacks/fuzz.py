@@ -3,9 +3,10 @@
 Only an answer of 500 or more, or a socket that ends as failed, counts: what the server refuses is right.
 """
 
+import asyncio
 import json
 import random
-from collections.abc import Iterator
+from collections.abc import Awaitable, Iterator
 from typing import Any
 
 import httpx
@@ -22,6 +23,8 @@ from server.api.sockets.json_rpc import BATCH_MAX
 AT_A_TIME = 50
 SOCKET_SHARE = 10
 INTERNAL_ERROR = 1011
+ANSWERED_WITHIN_S = 40.0
+PROGRESS_EVERY = 1_000
 ODD: tuple[Any, ...] = ("", "x" * 300, -1, 1 << 70, 1e308, None, True, [], {}, "\x00", "shuttle-1", "NN7")
 
 
@@ -37,14 +40,29 @@ async def fuzz(target: Target, requests: int, seed_number: int) -> dict[str, int
         operation = rng.choice(operations)
         if operation.path.endswith("/session") and operation.method.upper() == "DELETE":
             continue
-        for case in _cases(operation, rng.getrandbits(32)):
-            headers = rng.choice((session.headers, bearer(secret), {}))
-            sent += 1
-            errors += await _fails(target, case, headers)
+        cases = list(_cases(operation, rng.getrandbits(32)))
+        tried = [
+            _in_time(_fails(target, case, rng.choice((session.headers, bearer(secret), {}))), operation.path)
+            for case in cases
+        ]
+        errors += sum(await asyncio.gather(*tried))
+        sent += len(cases)
+        if sent // PROGRESS_EVERY > (sent - len(cases)) // PROGRESS_EVERY:
+            print(f"{sent} requests, {errors} failed", flush=True)
     for _ in range(requests // SOCKET_SHARE):
         sent += 1
-        errors += await _socket_fails(target, rng, secret)
+        errors += await _in_time(_socket_fails(target, rng, secret), "/ws/developer")
     return {"requests": sent, "server_errors": errors}
+
+
+async def _in_time(tried: Awaitable[bool], path: str) -> bool:
+    """Whether it fails; no answer in time is a failure as well."""
+    try:
+        async with asyncio.timeout(ANSWERED_WITHIN_S):
+            return await tried
+    except TimeoutError:
+        print("no answer:", path, flush=True)
+        return True
 
 
 def _cases(operation: Any, number: int) -> Iterator[Any]:

@@ -20,7 +20,8 @@ from server.domain.record.identity import Role, Scope
 from server.live_ports import LivePorts, live_ports
 from server.settings import Settings
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
-from server.usecases.record import identity, operators
+from server.usecases.record import identity
+from server.usecases.record.operators import operators
 
 T = TypeVar("T")
 

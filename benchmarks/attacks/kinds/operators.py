@@ -12,8 +12,8 @@ from server.api.security.rate_limit import RateLimit
 from server.api.sessions import second_factor
 from server.domain.record.second_factors import SecondFactor
 from server.store.record.second_factors import SqlSecondFactorRepository
-from server.usecases.record import second_factors
 from server.usecases.record.identity import PasswordCheck
+from server.usecases.record.operators import second_factors
 
 _ANY_ROLE = (access, "_require_role", allows)
 _NO_STEP_UP = (access, "require_second_factor", allows_async)

@@ -27,7 +27,7 @@ from server.api.services import InjectedServices, Services
 from server.domain.errors import LastAdmin, NameTaken, OperatorUnknown, PasswordInSettings
 from server.domain.record.identity import Operator
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import operators, second_factors
+from server.usecases.record.operators import operators, second_factors
 
 router = APIRouter(prefix="/operators", tags=["operators"])
 

@@ -21,8 +21,9 @@ from server.api.sessions.schemas import Credentials, NewPassword, SessionView
 from server.domain.errors import PasswordInSettings, SessionExpired, WrongCredentials
 from server.domain.record.audit import AuditAction, Caller
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import audit, identity, operators
+from server.usecases.record import audit, identity
 from server.usecases.record.identity import CreatedSession, PasswordCheck
+from server.usecases.record.operators import operators
 
 BROWSER_COOKIE = "campusloop_browser"
 BROWSER_PATH = "/api/v1/session"

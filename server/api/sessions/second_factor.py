@@ -23,7 +23,8 @@ from server.domain.errors import (
 )
 from server.domain.record.audit import AuditAction, Caller
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import audit, second_factors
+from server.usecases.record import audit
+from server.usecases.record.operators import second_factors
 
 router = APIRouter(prefix="/session/second-factor", tags=["session"])
 

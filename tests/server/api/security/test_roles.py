@@ -8,7 +8,8 @@ import pytest
 from server.api.routers import PREFIX, bare_app
 from server.domain.record.identity import ALL_ROLES, Role
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record import identity, operators
+from server.usecases.record import identity
+from server.usecases.record.operators import operators
 from tests.server.api.security.test_access import ask
 from tests.server.api.server_under_test import ServerUnderTest
 

@@ -8,8 +8,9 @@ import pytest
 from server.domain.errors import SecondFactorLocked, SecondFactorMissing, TicketKeyMissing
 from server.domain.record.second_factors import WRONG_CODES_MAX
 from server.domain.rides.ticket_keys import TicketKeys
-from server.usecases.record import identity, second_factors
+from server.usecases.record import identity
 from server.usecases.record.identity import CreatedSession
+from server.usecases.record.operators import second_factors
 from tests.server.usecases.campus_under_test import CampusUnderTest
 
 

@@ -4,7 +4,8 @@ import pytest
 
 from server.domain.errors import LastAdmin, NameTaken, OperatorUnknown, SessionExpired, WrongCredentials
 from server.domain.record.identity import ALL_ROLES, Operator, Role
-from server.usecases.record import identity, operators
+from server.usecases.record import identity
+from server.usecases.record.operators import operators
 from tests.server.usecases.campus_under_test import CampusUnderTest
 
 
