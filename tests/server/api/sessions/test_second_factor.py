@@ -77,11 +77,13 @@ def test_the_settings_make_it_compulsory(tmp_path: Path) -> None:
     server.close()
 
 
-def test_the_check_is_over_after_its_hours(server: ServerUnderTest) -> None:
+def test_the_check_is_over_after_its_hours(tmp_path: Path) -> None:
+    server = ServerUnderTest(tmp_path, second_factor_hours=0.02)
     csrf, _, _ = enrol(server)
     assert code_of(server, MOVES[0], csrf) == "vehicle_unknown"
     server.elapse(server.settings.second_factor_hours * 3600.0)
     assert code_of(server, MOVES[0], csrf) == "second_factor_needed"
+    server.close()
 
 
 def test_guesses_have_a_budget(server: ServerUnderTest) -> None:
