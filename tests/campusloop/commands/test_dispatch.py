@@ -115,7 +115,7 @@ def test_a_folder_is_all_instances_in_it(tmp_path: Path) -> None:
     folder.mkdir()
     for name, vehicles in (("a", 3), ("b", 3), ("few", 1)):
         (folder / f"{name}.txt").write_text(cordeau_text(4, vehicles, 1))
-    code, output = invoked(str(folder), "--seconds", "1", "--workers", "2", "--json", str(report))
+    code, output = invoked(str(folder), "--seconds", "60", "--workers", "2", "--json", str(report))
     assert code == 0, output
     first, second, few = json.loads(report.read_text())["instances"]
     assert first["bound"] == second["bound"] > 0.0

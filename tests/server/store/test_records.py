@@ -82,7 +82,7 @@ def test_runs_are_listed_newest_first_with_their_segments_in_order(record: Recor
 
 
 def test_operators_their_sessions_and_keys_are_found_by_what_is_shown(record: Record) -> None:
-    operator = Operator(CAMPUS, "op-1", "ann", "argon2id$...", NOW)
+    operator = Operator(CAMPUS, "op-1", "ann", "argon2id$...", NOW, frozenset({"admin", "viewer"}))
     sessions = [OperatorSession(CAMPUS, f"{n:064d}", "op-1", NOW, NOW + n * HOUR) for n in range(3)]
     key = VehicleKey(CAMPUS, "shuttle-1", "base64", NOW)
     code = EnrolmentCode(CAMPUS, "a" * 64, "shuttle-1", "ann", NOW + HOUR)
