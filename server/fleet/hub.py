@@ -60,7 +60,7 @@ class Hub:
         self._supervisor = supervisor
         self._ids, self._transactions, self._bus = ids, transactions, bus
         self._events = EventIntake(transactions, self._note_event)
-        self._ports = LinkPorts(
+        self._ports = LinkPorts[Link](
             clock=clock,
             transactions=transactions,
             spawn=self._spawn_for,
@@ -72,7 +72,8 @@ class Hub:
             spans=spans,
         )
         self._links: dict[str, Link] = {}
-        self._greeting: set[Link] = set()
+        # In the order in which they came: a set's order differs from run to run.
+        self._greeting: dict[Link, None] = {}
         self._outgoing: deque[tuple[str, bytes]] = deque()
         self._is_publishing = False
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -103,7 +104,7 @@ class Hub:
     def attach(self, transport: Transport) -> Link:
         """Begin a session on a new transport; the caller uses `received` and `closed` of the link."""
         link = Link(self._ids.token(), transport, self._ports)
-        self._greeting.add(link)
+        self._greeting[link] = None
         link.begin()
         return link
 
@@ -130,12 +131,12 @@ class Hub:
     def _opened(self, link: Link) -> None:
         older = self._links.get(link.vehicle_id)
         self._links[link.vehicle_id] = link
-        self._greeting.discard(link)
+        self._greeting.pop(link, None)
         if older is not None:
             older.end("superseded", f"boot {link.session.boot_id} opened a newer session")
 
     def _ended(self, link: Link) -> None:
-        self._greeting.discard(link)
+        self._greeting.pop(link, None)
         if self._links.get(link.vehicle_id) is link:
             del self._links[link.vehicle_id]
         if link.session.epoch:

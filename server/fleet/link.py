@@ -76,7 +76,7 @@ class Link:
         "session",
     )
 
-    def __init__(self, nonce: str, transport: Transport, ports: LinkPorts) -> None:
+    def __init__(self, nonce: str, transport: Transport, ports: "LinkPorts[Link]") -> None:
         self.session = VehicleSession(nonce)
         self._transport = transport
         self._ports = ports

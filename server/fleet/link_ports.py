@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 from contract.tracing import RideSpans
 from contract.wire.messages import EventReport
@@ -10,8 +10,8 @@ from server.domain.fleet.vehicles import StatusReport
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions
 
-if TYPE_CHECKING:
-    from server.fleet.link import Link
+# The link itself, which imports this file.
+L = TypeVar("L")
 
 
 class Transport(Protocol):
@@ -23,7 +23,7 @@ class Transport(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class LinkPorts:
+class LinkPorts(Generic[L]):
     """What a link needs from the hub: ports and callbacks.
 
     spawn   runs the link's task; when that fails, the link is ended
@@ -35,10 +35,10 @@ class LinkPorts:
 
     clock: Clock
     transactions: Transactions
-    spawn: "Callable[[str, Coroutine[Any, Any, None], Link], None]"
-    opened: "Callable[[Link], None]"
-    ended: "Callable[[Link], None]"
-    store: "Callable[[Link, EventReport, int], None]"
+    spawn: Callable[[str, Coroutine[Any, Any, None], L], None]
+    opened: Callable[[L], None]
+    ended: Callable[[L], None]
+    store: Callable[[L, EventReport, int], None]
     note_status: Callable[[StatusReport], None]
     hello_timeout_s: float
     spans: RideSpans | None = None

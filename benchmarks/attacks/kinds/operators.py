@@ -181,7 +181,7 @@ async def a_thief_of_the_cookie_sets_up_a_second_factor(target: Target) -> bool:
 @attack("a code works once", (SecondFactor, "last_step", property(lambda _: 0, lambda _, __: None)))
 async def a_code_is_replayed(target: Target) -> bool:
     victim = await _with_second_factor(target)
-    # The code that confirmed: whoever looked over the shoulder has it.
+    # The code that confirmed the factor: a person who saw the screen has it.
     return await _checked(target, victim.session, victim.totp.at(target.live.ports.clock.now()))
 
 

@@ -6,8 +6,6 @@ measured.
 """
 
 import asyncio
-import shutil
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,7 @@ from pathlib import Path
 import nats
 import psutil
 
+from benchmarks.bookings.nats import server_binary
 from benchmarks.faults.installation import free_port
 from benchmarks.ingest.served import process
 
@@ -35,7 +34,7 @@ def run_jetstream(folder: Path, payloads: list[bytes], seconds: float, publisher
     port = free_port()
     config = folder / "nats.conf"
     config.write_text(_CONFIG.format(port=port, folder=folder / "jetstream"))
-    with process([_server_binary(), "-c", str(config)]) as server:
+    with process([server_binary(), "-c", str(config)]) as server:
         return asyncio.run(_publish(port, server, payloads, seconds, publishers))
 
 
@@ -72,11 +71,3 @@ async def _connected(port: int) -> nats.NATS:
         except (OSError, nats.errors.Error):
             await asyncio.sleep(0.1)
     raise TimeoutError("nats-server did not answer")
-
-
-def _server_binary() -> str:
-    beside = Path(sys.executable).parent / "nats-server"
-    program = str(beside) if beside.exists() else shutil.which("nats-server")
-    if program is None:
-        sys.exit("nats-server is missing: install the project with its dev extra (make setup)")
-    return program

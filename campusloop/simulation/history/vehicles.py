@@ -132,7 +132,7 @@ def leaked_sections(
     held: Collection[tuple[str, int]],
     left: Collection[tuple[str, int]],
 ) -> list[Violation]:
-    """Grants that the server takes as held though the vehicle has left them: nobody may ever drive there."""
+    """Grants that the server takes as held though the vehicle has left them: no other vehicle gets them."""
     return [
         Violation(at_s, "section_leaked", vehicle_id, f"{section_id} (fence {fence}) is held, but was left")
         for section_id, fence in sorted(set(held) & set(left))

@@ -129,7 +129,7 @@ class Passengers:
         return None if ticket["state"] == "refused" else ticket
 
     async def _book_series(self, rng: random.Random, body: dict[str, object]) -> None:
-        """Every day at some time of today; cancelled after a while. Nobody of it shows up."""
+        """Every day at some time of today; cancelled after a while. Its party does not show up."""
         soon = self.clock.now() + timedelta(seconds=rng.uniform(1800.0, 7200.0))
         ends_on = (soon + timedelta(days=20)).date()
         request = {
