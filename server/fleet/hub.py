@@ -60,7 +60,7 @@ class Hub:
         self._supervisor = supervisor
         self._ids, self._transactions, self._bus = ids, transactions, bus
         self._events = EventIntake(transactions, self._note_event)
-        self._ports = LinkPorts[Link](
+        self._ports: LinkPorts[Link] = LinkPorts(
             clock=clock,
             transactions=transactions,
             spawn=self._spawn_for,
