@@ -16,7 +16,6 @@ from server.adapters import Argon2Hasher, RandomIds, SystemClock
 from server.api.runs.offload import ThreadOffload
 from server.app import Ports, standing_tasks
 from server.bus.in_process import InProcessBus
-from server.bus.nats import BusUnreachable, connect
 from server.domain.errors import DomainError
 from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
@@ -159,6 +158,9 @@ def _engine(settings: Settings, opened: AsyncExitStack) -> Engine:
 async def _bus(settings: Settings) -> Bus:
     if not settings.bus_url:
         return InProcessBus()
+    # Here, since the client and what it imports take 8 MB that a server without NATS does not need.
+    from server.bus.nats import BusUnreachable, connect
+
     address = urlsplit(settings.bus_url)
     try:
         # The client itself would try for ever; at the start a missing server is an error.

@@ -1,6 +1,8 @@
 """uvicorn's protocols with limits that they lack: length of a head, slow senders, connections of a client."""
 
 import asyncio
+from collections.abc import Callable
+from functools import partial
 from http import HTTPStatus
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
@@ -120,6 +122,12 @@ class CountedWebSocket(DirectWebsockets):
             self._is_counted = False
             self.counts.closed(self.client[0])
         super().connection_lost(exc)
+
+    def end_bookkeeping(self) -> Callable[[], None]:
+        if not self._is_counted or self.counts is None or self.client is None:
+            return super().end_bookkeeping()
+        self._is_counted = False
+        return partial(self.counts.closed, self.client[0])
 
 
 def counted_protocols(counts: ConnectionCounts) -> tuple[type[BoundedHttp], type[CountedWebSocket]]:

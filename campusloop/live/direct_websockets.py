@@ -1,74 +1,65 @@
-"""uvicorn's websockets with a short way for the frames of vehicles (docs/decisions/0015).
+"""uvicorn's websockets, from which an endpoint can take the frames over (docs/decisions/0015).
 
-Nearly every frame that a vehicle sends is one short, unfragmented text frame. Such a frame is unmasked here
-and handed on in the same call. Everything else (the handshake, control frames, fragments, errors) stays
-with the parser of the library `websockets`, which is given whole frames only.
+The handshake and all sockets that nobody takes over are uvicorn's. A connection that was taken over is a
+`FrameConnection`, and uvicorn's own object and the handshake are forgotten.
 """
 
-import asyncio
-import struct
 from collections.abc import Callable
+from functools import cache
 from http import HTTPStatus
 from typing import Any
 
 from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.http11 import Request
-from websockets.speedups import apply_mask
 
-from contract.wire.close_reasons import close_reason
+from campusloop.live.frame_connection import FrameConnection, FrameLimits
 from server.api.sockets.frame_stream import EXTENSION
-
-# What may wait in our memory for a peer that does not read; the kernel's buffers hold some megabytes before
-# that.
-WAITING_BYTES_MAX = 1024 * 1024
-
-_TEXT, _BINARY, _FIN, _MASKED = 0x81, 0x82, 0x80, 0x80
-_FIRST_CONTROL = 0x08
-
-
-class _NoQueue(asyncio.Queue[Any]):
-    """Of a connection that was taken over: nothing is read from it."""
-
-    def put_nowait(self, item: Any) -> None:
-        return
-
-
-_NO_QUEUE = _NoQueue()
 
 
 class DirectFrames:
-    """A `server.api.sockets.frame_stream.FrameStream` over one connection."""
+    """A `server.api.sockets.frame_stream.FrameStream`: what is sent before the take-over waits for it."""
 
-    __slots__ = ("_connection",)
+    __slots__ = ("_connection", "_waiting", "_websocket")
 
-    def __init__(self, connection: "DirectWebsockets") -> None:
-        self._connection = connection
+    def __init__(self, websocket: "DirectWebsockets") -> None:
+        self._websocket: DirectWebsockets | None = websocket
+        self._connection: FrameConnection | None = None
+        self._waiting: list[Callable[[FrameConnection], None]] = []
 
     def take_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> None:
-        self._connection.take_over(received, lost)
+        assert self._websocket is not None, "taken over twice"
+        websocket, self._websocket = self._websocket, None
+        self._connection = websocket.taken_over(received, lost)
+        waiting, self._waiting = self._waiting, []
+        for call in waiting:
+            call(self._connection)
 
     def send(self, data: bytes) -> None:
-        self._connection.send_frame(data)
+        if self._connection is None:
+            self._waiting.append(lambda connection: connection.send(data))
+        else:
+            self._connection.send(data)
 
     def close(self, code: int, reason: str) -> None:
-        self._connection.send_close(code, reason)
+        if self._connection is None:
+            self._waiting.append(lambda connection: connection.close(code, reason))
+        else:
+            self._connection.close(code, reason)
 
     def pause(self) -> None:
-        self._connection.pause()
+        if self._connection is not None:
+            self._connection.pause()
 
     def resume(self) -> None:
-        self._connection.resume()
+        if self._connection is not None:
+            self._connection.resume()
 
 
 class DirectWebsockets(WebSocketsSansIOProtocol):
     """An ordinary ASGI websocket until its endpoint takes the frames over."""
 
-    _received: Callable[[bytes], None] | None = None
-    _lost: Callable[[str], None] | None = None
-    # The beginning of a frame whose end has not come yet, and whether a fragmented message is under way.
-    _begun = b""
-    _in_fragments = False
+    _is_taken_over = False
 
     def handle_connect(self, event: Request) -> None:
         super().handle_connect(event)
@@ -89,124 +80,51 @@ class DirectWebsockets(WebSocketsSansIOProtocol):
             if not self.handshake_complete:
                 self.logger.error("ASGI callable returned without completing handshake.")
                 self.send_500_response()
-        if self._received is None and self.close_timer is None:
+        if not self._is_taken_over and self.close_timer is None:
             self.transport.close()
 
-    # ---------------------------------------------------------------- called by the endpoint and the link
+    def end_bookkeeping(self) -> Callable[[], None]:
+        """What has to be called when a connection that was taken over has ended; it keeps nothing of this."""
+        return _nothing
 
-    def take_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> None:
-        self._received, self._lost = received, lost
-        for _ in range(self.queue.qsize()):
-            self._hand_on(self.queue.get_nowait())
-        # The handshake is over: what only ASGI needs would be a third of the memory of a connection.
-        self.queue = _NO_QUEUE
-        self.scope, self.request, self.response = {}, None, None  # type: ignore[assignment,typeddict-item]
-        self.resume()
+    def taken_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> FrameConnection:
+        self._is_taken_over = True
+        self.stop_keepalive()
+        connections, ended = self.connections, self.end_bookkeeping()
 
-    def send_frame(self, data: bytes) -> None:
-        if self.close_sent or self.transport.is_closing():
-            return
-        size = len(data)
-        if size < 126:
-            head = bytes((_TEXT, size))
-        elif size < 1 << 16:
-            head = struct.pack("!BBH", _TEXT, 126, size)
-        else:
-            head = struct.pack("!BBQ", _TEXT, 127, size)
-        self.transport.write(head + data)
-        if not self.writable.is_set() and self.transport.get_write_buffer_size() > WAITING_BYTES_MAX:
-            row = close_reason("too_slow")
-            self.send_close(row.number, row.code)
+        def lost_connection(reason: str) -> None:
+            connections.discard(connection)
+            ended()
+            lost(reason)
 
-    def send_close(self, code: int, reason: str) -> None:
-        """What was sent before still goes out; a peer that does not answer is cut off."""
-        if self.close_sent or self.transport.is_closing():
-            return
-        self.conn.send_close(code, reason)
-        self.transport.write(b"".join(self.conn.data_to_send()))
-        self.close_sent = True
-        self.resume()
-        self.close_timer = self.loop.call_later(self.close_timeout, self.transport.abort)
-
-    def pause(self) -> None:
-        if not self.read_paused:
-            self.read_paused = True
-            self.transport.pause_reading()
-
-    def resume(self) -> None:
-        if self.read_paused and not self.transport.is_closing():
+        limits = _limits(self.config.ws_max_size, self.config.ws_ping_interval or None)
+        connection = FrameConnection(self.transport, limits, received, lost_connection)
+        # The server's own list, by which it ends what is open.
+        connections.discard(self)
+        connections.add(connection)  # type: ignore[arg-type]
+        self.transport.set_protocol(connection)
+        if self.read_paused:
             self.read_paused = False
             self.transport.resume_reading()
+        while not self.queue.empty():
+            _hand_on(self.queue.get_nowait(), connection, received)
+        return connection
 
-    # ---------------------------------------------------------------- what comes in
 
-    def data_received(self, data: bytes) -> None:
-        if self._received is None:
-            super().data_received(data)
-            return
-        if self._begun:
-            data, self._begun = self._begun + data, b""
-        at = 0
-        while at < len(data):
-            end = self._frame_end(data, at)
-            if end is None:
-                self._begun = data[at:]
-                return
-            at = end
+def _hand_on(message: Any, connection: FrameConnection, received: Callable[[bytes], None]) -> None:
+    """A message that came before the connection was taken over."""
+    if message["type"] == "websocket.receive":
+        text = message.get("text")
+        received(message["bytes"] if text is None else text.encode())
+    elif message["type"] == "websocket.disconnect":
+        connection.connection_lost(None)
 
-    def _frame_end(self, data: bytes, at: int) -> int | None:
-        """Handle the frame that begins there. Returns where it ends; None if its end has not come yet."""
-        if len(data) - at < 6:
-            return None
-        first, second = data[at], data[at + 1]
-        begin, size = at + 6, second & 0x7F
-        if size == 126:
-            begin, size = at + 8, int.from_bytes(data[at + 2 : at + 4])
-        elif size == 127:
-            begin, size = at + 14, int.from_bytes(data[at + 2 : at + 10])
-        end = begin + size
-        if not second & _MASKED or size > self.config.ws_max_size:
-            # The parser refuses it by its head.
-            self._parse(data[at:])
-            return len(data)
-        if end > len(data):
-            return None
-        if first in (_TEXT, _BINARY) and not self._in_fragments:
-            if not self.close_sent:
-                assert self._received is not None
-                self._received(apply_mask(data[begin:end], data[begin - 4 : begin]))
-        else:
-            if first & 0x0F < _FIRST_CONTROL:
-                self._in_fragments = not first & _FIN
-            self._parse(data[at:end])
-        return end
 
-    def _parse(self, data: bytes) -> None:
-        super().data_received(data)
+@cache
+def _limits(message_bytes_max: int, quiet_s: float | None) -> FrameLimits:
+    """One object for all connections."""
+    return FrameLimits(message_bytes_max, quiet_s)
 
-    def send_receive_event_to_app(self) -> None:
-        if self._received is None:
-            super().send_receive_event_to_app()
-            return
-        data, self.frames = b"".join(self.frames), []
-        if not self.close_sent:
-            self._received(data)
 
-    def _hand_on(self, message: Any) -> None:
-        """A message that came before the connection was taken over."""
-        if message["type"] == "websocket.receive" and self._received is not None:
-            text = message.get("text")
-            self._received(message["bytes"] if text is None else text.encode())
-        elif message["type"] == "websocket.disconnect":
-            self._tell_lost("closed by the vehicle")
-
-    # ---------------------------------------------------------------- the end
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        super().connection_lost(exc)
-        self._tell_lost("connection lost")
-
-    def _tell_lost(self, reason: str) -> None:
-        lost, self._lost = self._lost, None
-        if lost is not None:
-            lost(reason)
+def _nothing() -> None:
+    return

@@ -16,6 +16,7 @@ from typing import NoReturn
 import uvicorn
 import uvloop
 
+from campusloop.live.allocator import give_back_free_memory, use_one_arena
 from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
 from campusloop.live.paced_clock import PacedClock, PacedClocks
@@ -37,7 +38,7 @@ from vehicle_agent.runtime.processes.journal import write_journal
 BAD_SETTING = 2
 BACKLOG = 512
 _SWITCH_INTERVAL_S = 0.5e-3
-_NEW_OBJECTS = 10_000
+_NEW_OBJECTS = 50_000
 
 
 def serve_campus(
@@ -71,6 +72,7 @@ def serve_campus(
     except (SettingsError, CannotStart, TracingUnavailable) as error:
         _refuse(str(error))
     write_journal(settings.server_name)
+    use_one_arena()
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
         clock = SystemClock() if clocks is None else _CampusClock(clocks.open("server"))
         runner.run(_serve(settings, listening, clock, spans))
@@ -161,6 +163,7 @@ def answer_promptly() -> None:
     warm_kernels()
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
+    give_back_free_memory()
     gc.freeze()
     gc.set_threshold(_NEW_OBJECTS, 20, 20)
 

@@ -23,7 +23,7 @@ from server.usecases.ports.unit_of_work import Transactions
 
 # Under load a batch begins so long after the one before: a commit costs as much as many events. An event that
 # comes alone is stored at once.
-BATCH_EVERY_S = 0.02
+BATCH_EVERY_S = 0.03
 BATCH_MAX = 2_000
 
 log = structlog.get_logger("fleet.events")

@@ -119,7 +119,13 @@ class Link:
         if self._is_working:
             self._waiting.append(data)
         else:
-            self._perform(self.session.received(data, self._now_ns()))
+            now_ns = self._now_ns()
+            actions = self.session.received(data, now_ns)
+            if len(actions) == 1 and isinstance(actions[0], StoreEvent):
+                # Nearly every frame; the general way costs as much again as all the rest of it.
+                self._store(actions[0].report, now_ns)
+            else:
+                self._perform(actions)
 
     def closed(self, reason: str) -> None:
         """The transport is gone."""
@@ -186,7 +192,7 @@ class Link:
     def _perform_at_once(self, action: Action) -> bool:
         """False for an action that has to wait for the database."""
         if isinstance(action, StoreEvent):
-            self._store(action.report)
+            self._store(action.report, self._now_ns())
         elif isinstance(action, NoteStatus):
             self._note(action.status)
         elif isinstance(action, Send):
@@ -245,9 +251,9 @@ class Link:
 
     # ---------------------------------------------------------------- what the actions do
 
-    def _store(self, report: EventReport) -> None:
+    def _store(self, report: EventReport, received_ns: int) -> None:
         self._unsettled += 1
-        self._ports.store(self, report, self._now_ns())
+        self._ports.store(self, report, received_ns)
 
     def _note(self, status: Status) -> None:
         now = self._ports.clock.now()

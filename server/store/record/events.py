@@ -5,7 +5,7 @@ from datetime import datetime
 
 import msgspec
 import structlog
-from sqlalchemy import Connection, func, select
+from sqlalchemy import Connection, select
 
 from contract.wire.messages import CommandDone, VehicleEvent
 from server.domain.instants import ns_of
@@ -19,7 +19,7 @@ from server.store.writing.campus_lock import CampusLock
 log = structlog.get_logger("store.record")
 
 _event = tables.vehicle_events.c
-_EVENT_COLUMNS = ("vehicle_id", "boot_id", "sequence", "stamp_ns", "received_ns", "body")
+_EVENT_COLUMNS = ("number", "vehicle_id", "boot_id", "sequence", "stamp_ns", "received_ns", "body")
 _decoder: msgspec.json.Decoder[VehicleEvent] = msgspec.json.Decoder(VehicleEvent)
 
 
@@ -30,22 +30,27 @@ class SqlEventRepository(Repository):
         self._unwritten: list[ServerEvent] = []
 
     def count(self, vehicle_id: str, boot_id: str) -> int:
-        # Events are stored in order without gaps, so the highest number tells how many there are.
-        highest = self._connection.execute(
-            select(func.max(_event.sequence)).where(
-                _event.campus_id == self._campus_id,
-                _event.vehicle_id == vehicle_id,
-                _event.boot_id == boot_id,
-            )
-        ).scalar_one()
-        return 0 if highest is None else int(highest) + 1
+        row = self._find(tables.event_logs, vehicle_id=vehicle_id, boot_id=boot_id)
+        return 0 if row is None else int(row.next_sequence)
 
     def add(self, event: RecordedEvent) -> None:
         self._write((event,))
 
     def _write(self, events: Sequence[RecordedEvent]) -> None:
-        if events:
-            self._insert_values(tables.vehicle_events, _EVENT_COLUMNS, [_event_to_row(one) for one in events])
+        """Events of a boot are given in their order; none was stored before."""
+        if not events:
+            return
+        first = self._counters.next("vehicle_event", len(events))
+        rows = [_event_to_row(first + number, event) for number, event in enumerate(events)]
+        self._insert_values(tables.vehicle_events, _EVENT_COLUMNS, rows)
+        following = {(event.vehicle_id, event.boot_id): event.sequence + 1 for event in events}
+        self._put_all(
+            tables.event_logs,
+            [
+                {"vehicle_id": vehicle_id, "boot_id": boot_id, "next_sequence": sequence}
+                for (vehicle_id, boot_id), sequence in following.items()
+            ],
+        )
 
     def answer_to_command(self, vehicle_id: str, command_id: str, made_at: datetime) -> RecordedEvent | None:
         # Events have no index by command: only those of the time after it are looked through.
@@ -97,9 +102,10 @@ class SqlEventRepository(Repository):
         )
 
 
-def _event_to_row(event: RecordedEvent) -> tuple[str | int, ...]:
+def _event_to_row(number: int, event: RecordedEvent) -> tuple[str | int, ...]:
     """In the order of _EVENT_COLUMNS."""
     return (
+        number,
         event.vehicle_id,
         event.boot_id,
         event.sequence,

@@ -4,6 +4,7 @@ Change a table only together with a migration in migrations/versions.
 """
 
 from server.store.tables.fleet import (
+    event_logs,
     history,
     server_events,
     vehicle_commands,
@@ -66,6 +67,7 @@ __all__ = [
     "developer_tokens",
     "driven_legs",
     "enrolment_codes",
+    "event_logs",
     "held_sections",
     "history",
     "incidents",

@@ -68,17 +68,29 @@ vehicle_commands = Table(
     text("detail"),
     Index(None, "campus_id", "vehicle_id", "state"),
 )
+# In the order in which they were stored, so that the events of a busy moment lie side by side: with their
+# vehicle and boot as the key each one would be written to a page of its own.
 vehicle_events = Table(
     "vehicle_events",
     metadata,
     campus_key(),
-    key("vehicle_id"),
-    key("boot_id"),
-    Column("sequence", BigInteger, primary_key=True, autoincrement=False),
+    Column("number", BigInteger, primary_key=True, autoincrement=False),
+    string("vehicle_id"),
+    string("boot_id"),
+    Column("sequence", BigInteger, nullable=False),
     Column("stamp_ns", BigInteger, nullable=False),
     Column("received_ns", BigInteger, nullable=False),
     text("body"),
     Index(None, "campus_id", "received_ns"),
+)
+# Every event of the boot below `next_sequence` is stored.
+event_logs = Table(
+    "event_logs",
+    metadata,
+    campus_key(),
+    key("vehicle_id"),
+    key("boot_id"),
+    Column("next_sequence", BigInteger, nullable=False),
 )
 server_events = Table(
     "server_events",

@@ -12,7 +12,8 @@ from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
-from campusloop.live.direct_websockets import WAITING_BYTES_MAX, DirectWebsockets
+from campusloop.live.direct_websockets import DirectWebsockets
+from campusloop.live.frame_connection import WAITING_BYTES_MAX, FrameConnection, FrameLimits
 from server.api.sockets.frame_stream import FrameStream, frame_stream
 
 SIZE_MAX = 100_000
@@ -24,15 +25,22 @@ class Wire(asyncio.Transport):
     def __init__(self) -> None:
         super().__init__()
         self.written = bytearray()
+        self.something_happened = asyncio.Event()
         self.is_paused = False
         self.waiting_bytes = 0
         self._is_closing = False
 
+    def set_protocol(self, protocol: asyncio.BaseProtocol) -> None:
+        assert isinstance(protocol, asyncio.Protocol)
+        self.protocol = protocol
+
     def write(self, data: bytes | bytearray | memoryview) -> None:
         self.written += data
+        self.something_happened.set()
 
     def close(self) -> None:
         self._is_closing = True
+        self.something_happened.set()
 
     def abort(self) -> None:
         self._is_closing = True
@@ -112,7 +120,7 @@ def taken_over(check: Callable[[TakenOver], None]) -> TakenOver:
 
 def test_frames_in_one_read_are_handed_on_in_order() -> None:
     texts = [b"one", b"", b"x" * 200, b"y" * 70_000, b"last"]
-    connection = taken_over(lambda c: c.server.data_received(c.says(*map(a_text, texts))))
+    connection = taken_over(lambda c: c.wire.protocol.data_received(c.says(*map(a_text, texts))))
     assert connection.received == texts
 
 
@@ -123,7 +131,7 @@ def test_frames_that_come_in_pieces_are_handed_on_whole(piece: int) -> None:
     def in_pieces(connection: TakenOver) -> None:
         data = connection.says(*map(a_text, texts))
         for at in range(0, len(data), piece):
-            connection.server.data_received(data[at : at + piece])
+            connection.wire.protocol.data_received(data[at : at + piece])
 
     assert taken_over(in_pieces).received == texts
 
@@ -136,7 +144,7 @@ def test_a_fragmented_message_is_one_message_even_with_a_ping_between() -> None:
             Frame(Opcode.CONT, b"gin"),
             a_text(b"next"),
         )
-        connection.server.data_received(connection.says(*frames))
+        connection.wire.protocol.data_received(connection.says(*frames))
         assert [frame.opcode for frame in connection.answers()] == [Opcode.PONG]
 
     assert taken_over(fragments).received == [b"begin", b"next"]
@@ -144,7 +152,9 @@ def test_a_fragmented_message_is_one_message_even_with_a_ping_between() -> None:
 
 def test_a_text_in_the_middle_of_a_fragmented_message_ends_the_connection() -> None:
     def intruding(connection: TakenOver) -> None:
-        connection.server.data_received(connection.says(Frame(Opcode.TEXT, b"be", fin=False), a_text(b"no")))
+        connection.wire.protocol.data_received(
+            connection.says(Frame(Opcode.TEXT, b"be", fin=False), a_text(b"no"))
+        )
         assert connection.wire.is_closing()
 
     assert taken_over(intruding).received == []
@@ -162,7 +172,7 @@ def test_a_text_in_the_middle_of_a_fragmented_message_ends_the_connection() -> N
 )
 def test_a_frame_that_breaks_the_websocket_protocol_ends_the_connection(head: bytes) -> None:
     def breaking(connection: TakenOver) -> None:
-        connection.server.data_received(head)
+        connection.wire.protocol.data_received(head)
         assert connection.wire.is_closing()
 
     assert taken_over(breaking).received == []
@@ -182,9 +192,9 @@ def test_what_the_server_sends_arrives() -> None:
 
 def test_a_close_is_answered_and_told_once() -> None:
     def closing(connection: TakenOver) -> None:
-        connection.server.data_received(connection.says(Frame(Opcode.CLOSE, struct.pack("!H", 1000))))
+        connection.wire.protocol.data_received(connection.says(Frame(Opcode.CLOSE, struct.pack("!H", 1000))))
         assert connection.wire.is_closing()
-        connection.server.connection_lost(None)
+        connection.wire.protocol.connection_lost(None)
 
     assert taken_over(closing).lost == ["connection lost"]
 
@@ -193,7 +203,7 @@ def test_after_the_servers_close_nothing_more_is_handed_on() -> None:
     def closing(connection: TakenOver) -> None:
         assert connection.stream is not None
         connection.stream.close(4412, "superseded")
-        connection.server.data_received(connection.says(a_text(b"late")))
+        connection.wire.protocol.data_received(connection.says(a_text(b"late")))
         (frame,) = connection.answers()
         assert frame.opcode is Opcode.CLOSE
         assert connection.client.close_rcvd is not None
@@ -208,7 +218,7 @@ def test_after_the_servers_close_nothing_more_is_handed_on() -> None:
 def test_a_vehicle_that_does_not_read_is_closed_as_too_slow() -> None:
     def slow(connection: TakenOver) -> None:
         assert connection.stream is not None
-        connection.server.pause_writing()
+        connection.wire.protocol.pause_writing()
         connection.wire.waiting_bytes = WAITING_BYTES_MAX + 1
         connection.stream.send(b"one more")
         connection.answers()
@@ -227,3 +237,60 @@ def test_a_paused_connection_is_not_read() -> None:
         assert not connection.wire.is_paused
 
     taken_over(pausing)
+
+
+def test_uvicorns_own_object_is_forgotten_and_the_connection_is_in_the_servers_list_until_it_ends() -> None:
+    def ending(connection: TakenOver) -> None:
+        listed = connection.server.connections
+        assert listed == {connection.wire.protocol}
+        connection.wire.protocol.connection_lost(None)
+        assert listed == set()
+
+    assert taken_over(ending).lost == ["connection lost"]
+
+
+def test_a_server_that_ends_says_so_and_closes() -> None:
+    def ending(connection: TakenOver) -> None:
+        frames = connection.wire.protocol
+        assert isinstance(frames, FrameConnection)
+        frames.shutdown()
+        connection.answers()
+        assert connection.client.close_rcvd is not None
+        assert connection.client.close_rcvd.code == 1012
+        assert connection.wire.is_closing()
+
+    taken_over(ending)
+
+
+def quiet_connection(answer: Callable[[FrameConnection], None]) -> bytes:
+    """What a connection writes to a peer that says nothing, until it has closed or was written to thrice."""
+
+    async def run() -> bytes:
+        wire = Wire()
+        frames = FrameConnection(wire, FrameLimits(SIZE_MAX, 0.001), lambda _: None, lambda _: None)
+        written = b""
+        for _ in range(3):
+            if wire.is_closing():
+                break
+            await wire.something_happened.wait()
+            wire.something_happened.clear()
+            written += bytes(wire.written)
+            wire.written.clear()
+            if not wire.is_closing():
+                answer(frames)
+        frames.connection_lost(None)
+        return written
+
+    return asyncio.run(asyncio.wait_for(run(), 10.0))
+
+
+def test_a_quiet_peer_is_pinged_and_then_closed() -> None:
+    written = quiet_connection(lambda _: None)
+    assert written[:2] == b"\x89\x00"
+    assert written[2:4] == bytes((0x88, len(written) - 4)), "one ping, then the close"
+    assert b"keepalive" in written
+
+
+def test_a_quiet_peer_that_answers_pings_stays_connected() -> None:
+    pong = Frame(Opcode.PONG, b"").serialize(mask=True)
+    assert quiet_connection(lambda frames: frames.data_received(pong)) == b"\x89\x00" * 3
