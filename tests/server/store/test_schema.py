@@ -122,6 +122,25 @@ def test_links_of_before_there_were_ticket_keys_are_kept_as_hashes_and_codes_are
     assert json.loads(payload) == {"visits": [{"board": [{"ride_id": "r", "party": 1}], "alight": []}]}
 
 
+def test_events_keep_their_order_and_their_counts_when_they_get_numbers(engine: Engine) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    told = [("v", 0, 10), ("w", 0, 15), ("v", 1, 20)]
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.downgrade(config, "0017")
+        for vehicle_id, sequence, received_ns in reversed(told):
+            row = {"campus_id": "c", "vehicle_id": vehicle_id, "boot_id": "b", "sequence": sequence}
+            _insert_some_row(connection, "vehicle_events", row | {"received_ns": received_ns})
+    upgrade_to_head(engine)
+    numbered = "SELECT vehicle_id, sequence, received_ns FROM vehicle_events ORDER BY number"
+    with engine.connect() as connection:
+        assert [tuple(row) for row in connection.execute(text(numbered))] == told
+        counts = connection.execute(text("SELECT vehicle_id, next_sequence FROM event_logs ORDER BY 1")).all()
+        last = connection.execute(text("SELECT value FROM counters WHERE name = 'vehicle_event'")).scalar_one()
+    assert ([tuple(row) for row in counts], last) == ([("v", 2), ("w", 1)], 3)
+
+
 def _insert_some_row(connection: Connection, table: str, values: dict[str, object]) -> None:
     required = {
         column["name"]: _some_value(str(column["type"]))
