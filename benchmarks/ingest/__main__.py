@@ -13,7 +13,8 @@ database is read back. What the events are is in `messages.py`.
 The peers get the same frames from the same generator in the same run, at a rate at which they keep up:
 
 - `plain_http`: FastAPI, pydantic and the ORM, a POST and a commit for each event; `plain_websocket`: the same
-  over a websocket (`peers/plain.py`). CPU ratios are against both.
+  over a websocket (`peers/plain.py`). `plain_screens`: with as many screens as the campus has, each of which
+  is sent every event; the only one of the three that is watched, as the campus is.
 - `bare`: the library `websockets` answers each frame with a fixed text and does nothing else.
 - `jetstream`: NATS JetStream with `sync_interval: always`, 200 publishers that wait for their
   acknowledgements.
@@ -119,6 +120,7 @@ def _peer_rows(folder: Path, where: list[Place], load: Load) -> list[dict[str, f
     for name, peer in (
         ("plain_http", run_plain_http(folder, few, _PLAIN_PER_S, seconds)),
         ("plain_websocket", run_plain(folder, few, _PLAIN_PER_S, seconds)),
+        ("plain_screens", run_plain(folder, few, _PLAIN_PER_S, seconds, load.viewers)),
         ("bare", run_bare(where, bare_per_s, seconds)),
     ):
         rows.append(

@@ -12,7 +12,7 @@ import psutil
 
 from benchmarks.faults.installation import free_port
 from benchmarks.ingest.city import Place
-from benchmarks.ingest.connections import PostingConnection, VehicleConnection
+from benchmarks.ingest.connections import Connection, PostingConnection, VehicleConnection
 from benchmarks.ingest.ledger import AckLedger
 from benchmarks.ingest.load import Beat, Sockets, open_all, run_beats
 from benchmarks.ingest.messages import EventFrames
@@ -33,14 +33,21 @@ class PeerRun:
     ack_p99_ms: float
 
 
-def run_plain(folder: Path, places: list[Place], rate_per_s: float, seconds: float) -> PeerRun:
+def run_plain(
+    folder: Path, places: list[Place], rate_per_s: float, seconds: float, screens: int = 0
+) -> PeerRun:
     port = free_port()
-    command = [sys.executable, "-m", "benchmarks.ingest.peers.plain", str(port), str(folder / "plain.db")]
+    database = folder / f"plain-{screens}.db"
+    command = [sys.executable, "-m", "benchmarks.ingest.peers.plain", str(port), str(database)]
 
     def dial(number: int, ledger: AckLedger) -> VehicleConnection:
         return VehicleConnection(port, number, None, ledger, f"/vehicles/vehicle-{number + 1}")
 
-    return _run(command, port, places, rate_per_s, seconds, dial)
+    def watch(sockets: Sockets) -> None:
+        for _ in range(screens):
+            sockets.add(Connection(port, "/screens"))
+
+    return _run(command, port, places, rate_per_s, seconds, dial, watch)
 
 
 def run_plain_http(folder: Path, places: list[Place], rate_per_s: float, seconds: float) -> PeerRun:
@@ -70,6 +77,7 @@ def _run(
     rate_per_s: float,
     seconds: float,
     dial: Callable[[int, AckLedger], VehicleConnection],
+    watch: Callable[[Sockets], None] = lambda _: None,
 ) -> PeerRun:
     with process(command) as server:
         _until_listening(port)
@@ -81,6 +89,7 @@ def _run(
         def dial_one(number: int) -> VehicleConnection:
             return dial(number, ledger)
 
+        watch(sockets)
         connections = open_all(sockets, dial_one, len(places), _OPEN_WITHIN_S)
 
         def send(number: int, due_s: float) -> None:

@@ -3,7 +3,8 @@
     python -m benchmarks.ingest.peers.plain PORT DATABASE.db
 
 Endpoint and session are those of FastAPI's and SQLAlchemy's tutorials. An event that is stored already is not
-stored again. It does less than the campus: no sessions, no effects, no screens.
+stored again. Screens are shown every event, as in FastAPI's chat example: one after the other. It does less
+than the campus: no sessions, no effects, no statuses.
 """
 
 import sys
@@ -58,6 +59,7 @@ def open_database(path: str) -> Engine:
 
 def plain_app(engine: Engine) -> FastAPI:
     app = FastAPI()
+    screens: list[WebSocket] = []
 
     def store(vehicle_id: str, reported: Reported) -> None:
         with Session(engine) as session:
@@ -88,8 +90,19 @@ def plain_app(engine: Engine) -> FastAPI:
                 await run_in_threadpool(store, vehicle_id, reported)
                 answer = Acknowledged(boot_id=reported.boot_id, next_sequence=reported.sequence + 1)
                 await websocket.send_text(answer.model_dump_json())
+                for screen in screens:
+                    await screen.send_text(reported.model_dump_json())
         except WebSocketDisconnect:
             return
+
+    @app.websocket("/screens")
+    async def screen_socket(websocket: WebSocket) -> None:
+        await websocket.accept()
+        screens.append(websocket)
+        try:
+            await websocket.receive_text()
+        except WebSocketDisconnect:
+            screens.remove(websocket)
 
     return app
 
