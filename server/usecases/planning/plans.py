@@ -28,6 +28,7 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.domain.service.timetable import Departure, without_vehicle
+from server.usecases.orders import orders
 from server.usecases.planning import promises, unreachable_rides
 from server.usecases.planning.assign import assign_rides
 from server.usecases.planning.decisions import SearchSettings, keep_improvement
@@ -155,7 +156,9 @@ def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str
     kept = [visit for visit in plan.visits if not visit.departure_id or visit.departure_id in begun]
     if len(kept) == len(plan.visits):
         return
-    uow.plans.save(next_version(plan, kept), plan.version)
+    after = next_version(plan, kept)
+    uow.plans.save(after, plan.version)
+    orders.visits_removed(uow, plan, after)
     for departure in uow.departures.unfinished():
         if departure.vehicle_id == vehicle_id and departure.departure_id not in begun:
             uow.departures.save(without_vehicle(departure))

@@ -20,6 +20,7 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.domain.service.timetable import given_to
+from server.usecases.orders import orders
 from server.usecases.planning.snapshot import Snapshot, moment
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -46,6 +47,7 @@ def save_route(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> Plan
     )
     after = _with_rest(uow, snapshot, plan, visits)
     uow.plans.save(after, plan.version)
+    orders.visits_removed(uow, plan, after)
     snapshot.plans[route.vehicle_id] = after
     _assign(uow, snapshot, route)
     _give_departures(uow, snapshot, route)
