@@ -13,7 +13,7 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.supervision.standing_tasks import PeriodicTask
-from server.supervision.steps import run_steps
+from server.supervision.steps import run_steps, run_together
 from server.usecases.fleet import charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
@@ -74,10 +74,11 @@ class Dispatcher:
         if token is None:
             return
         self._token = token
-        steps: list[Callable[[], Awaitable[object]]] = [partial(self._fenced, work) for work in _EVERY_PERIOD]
         self._periods += 1
-        if self._periods % SLOW_PERIODS == 0:
-            steps += [partial(self._fenced, work) for work in _SLOW]
+        is_slow = self._periods % SLOW_PERIODS == 0
+        works = (*_EVERY_PERIOD, *_SLOW) if is_slow else _EVERY_PERIOD
+        steps: list[Callable[[], Awaitable[object]]] = [partial(run_together, self._fenced, works)]
+        if is_slow:
             steps += [self._improve, self._relocate]
         await run_steps(steps)
 

@@ -26,6 +26,7 @@ class CampusLock:
 
     found, made  versions of the campus: before this transaction, and after it if it commits
     marked       PostgreSQL: what the row of the lock holds if it commits
+    has_written  whether anything but the lock has been written
     """
 
     campus_id: str
@@ -33,11 +34,13 @@ class CampusLock:
     made: int
     marked: int = 0
     is_held: bool = True
+    has_written: bool = False
 
     def require(self, campus_id: str) -> None:
-        """AssertionError for a write without the lock: after the transaction, or to another campus."""
+        """Before every write. AssertionError for a write without the lock: after the transaction, or to another campus."""
         assert self.is_held, "written after the transaction has ended"
         assert self.campus_id == campus_id, f"written to {campus_id} under the lock of {self.campus_id}"
+        self.has_written = True
 
 
 def take_campus_lock(connection: Connection, campus_id: str, chance: float) -> CampusLock:
