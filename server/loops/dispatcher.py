@@ -84,11 +84,14 @@ class Dispatcher:
 
     async def _improve(self) -> None:
         """Solve outside of transactions; an answer that comes too late is dropped."""
-        improvement = await self._transactions.read(plans.improvement_of)
+        # In the writer's transactions, whose memory has the fleet: a reader would decode all its rows.
+        improvement = await self._fenced(plans.improvement_of)
         if improvement is None or self._budget.slices == 0:
             return
         seed = self._ids.seed()
         solution = await self._solver.solve(improvement.problem, self._budget, seed)
+        if not improvement.is_changed_by(solution):
+            return
         search = SearchSettings(replace(self._budget, stop_after=solution.slices), seed)
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
 

@@ -33,7 +33,7 @@ from server.usecases.record import identity
 
 TRIES_PER_MINUTE = 100_000
 # No page is open: the scene is kept, but not as often as a viewer's eye wants it.
-LIVE_INTERVAL_S = 2.0
+LIVE_INTERVAL_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)

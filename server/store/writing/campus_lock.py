@@ -37,7 +37,7 @@ class CampusLock:
     has_written: bool = False
 
     def require(self, campus_id: str) -> None:
-        """Before every write. AssertionError for a write without the lock: after the transaction, or to another campus."""
+        """Before every write. AssertionError for one without the lock: too late, or to another campus."""
         assert self.is_held, "written after the transaction has ended"
         assert self.campus_id == campus_id, f"written to {campus_id} under the lock of {self.campus_id}"
         self.has_written = True
