@@ -139,12 +139,13 @@ def _stops_ahead(
 ) -> int:
     """How many stops the next order contains: none if the shuttle can rest before the first one is due.
 
-    A shuttle that waits at a stop before its time blocks the road for those behind it.
+    A shuttle that waits at a stop before its time blocks the road for those behind it. A party that gets off
+    at a stop does not wait for those who board there.
     """
     most = min(len(visits), uow.rules.order_stops)
     for number, visit in enumerate(visits[:most]):
         starts = number == 0 and (at_rest or visit.state == "under_way")
-        if starts or visit.not_before is None or visit.eta is None:
+        if starts or visit.alight or visit.not_before is None or visit.eta is None:
             continue
         idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s
         early_s = uow.rules.early_s(timed=bool(visit.departure_id))
