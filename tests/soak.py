@@ -11,8 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 CAMPUSLOOP = (sys.executable, "-m", "campusloop")
 SNOW_LION = str(ROOT / "maps" / "snow-lion" / "map.json")
-# Days of 20 shuttles, each with its 40 minutes at the end, that are together a year of one shuttle. Separate runs
-# keep little in memory, and each is repeated alone.
+# Days of 20 shuttles, with 40 minutes at the end of each: together a year of one shuttle. Separate runs keep
+# little in memory, and each is repeated alone.
 YEAR_DAYS = 18
 PROPERTY_SEED = secrets.randbelow(2**32)
 

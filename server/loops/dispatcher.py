@@ -43,6 +43,10 @@ _EVERY_PERIOD: tuple[Callable[[UnitOfWork], object], ...] = (
 _SLOW: tuple[Callable[[UnitOfWork], object], ...] = (charging.manage_charging, plans.refresh_expected)
 
 
+class StandsBy(LeaseLost):
+    """Another replica dispatches; this one waits."""
+
+
 class Dispatcher:
     """slices: of one improvement, a count and not a time."""
 
@@ -67,20 +71,17 @@ class Dispatcher:
         self.task = PeriodicTask("dispatcher", self.run_once, PERIOD_S, bus, heard)
 
     async def run_once(self) -> None:
-        """Keep the lease, then do everything that is due. A step that fails stops no other one."""
-        token = await self._transactions.run(
-            lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
-        )
-        if token is None:
-            return
-        self._token = token
+        """Keep the lease and do everything that is due. A step that fails stops no other one."""
         self._periods += 1
         is_slow = self._periods % SLOW_PERIODS == 0
         works = (*_EVERY_PERIOD, *_SLOW) if is_slow else _EVERY_PERIOD
-        steps: list[Callable[[], Awaitable[object]]] = [partial(run_together, self._fenced, works)]
+        steps: list[Callable[[], Awaitable[object]]] = [partial(run_together, self._leased, works)]
         if is_slow:
             steps += [self._improve, self._relocate]
-        await run_steps(steps)
+        try:
+            await run_steps(steps)
+        except StandsBy:
+            return
 
     async def _improve(self) -> None:
         """Solve outside of transactions; an answer that comes too late is dropped."""
@@ -105,6 +106,18 @@ class Dispatcher:
         move = await self._transactions.read(lambda uow: relocation.best_relocation(uow, demand))
         if move is not None:
             await self._fenced(lambda uow: relocation.relocate(uow, move))
+
+    async def _leased(self, work: Callable[[UnitOfWork], T]) -> T:
+        """In one transaction with the lease. Raises StandsBy while another dispatcher holds it."""
+
+        def with_lease(uow: UnitOfWork) -> T:
+            token = uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
+            if token is None:
+                raise StandsBy("another dispatcher holds the lease")
+            self._token = token
+            return work(uow)
+
+        return await self._transactions.run(with_lease)
 
     async def _fenced(self, work: Callable[[UnitOfWork], T]) -> T:
         def under_lease(uow: UnitOfWork) -> T:

@@ -13,14 +13,14 @@ async def run_steps(steps: Iterable[Callable[[], Awaitable[object]]]) -> None:
     """Run every step in order, also after one has failed. A step may consist of steps.
 
     Raises ExceptionGroup with all defects; the first refusal (DomainError) if there were only refusals. A
-    StoreFailure is raised at once: the other steps would fail in the same way, each after a long wait.
+    StoreFailure or a lost lease is raised at once: the other steps would fail in the same way.
     """
     refusals: list[DomainError] = []
     defects: list[Exception] = []
     for step in steps:
         try:
             await step()
-        except StoreFailure:
+        except (StoreFailure, LeaseLost):
             raise
         except DomainError as error:
             refusals.append(error)
