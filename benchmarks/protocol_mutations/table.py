@@ -193,6 +193,7 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
         "    if vehicle is None or vehicle.epoch != epoch or not vehicle.connected:",
         "    if vehicle is None or not vehicle.connected:",
         "a vehicle that is connected gets no road any more",
+        "tests/server/usecases/fleet/test_vehicle_events.py",
     ),
     # ------------------------------------------------------------ bookings and plans
     M(

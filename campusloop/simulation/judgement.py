@@ -60,6 +60,11 @@ def judge(
         for name in fleet
         if name not in connected
     ]
+    found += [
+        Violation(at_s, "vehicle_unreachable", name, "has a session, but the store counts it as gone")
+        for name in fleet
+        if name in connected and name not in facts.connected
+    ]
     return [*found, *vehicles.dead_tasks(at_s, _tasks(service, machine))]
 
 

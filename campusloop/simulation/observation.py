@@ -45,6 +45,7 @@ class Observation:
     faults: Counter[str] = field(default_factory=Counter)
     answers: Counter[str] = field(default_factory=Counter)
     _clock_leaps: list[tuple[float, float]] = field(default_factory=lambda: [(0.0, 0.0)])
+    _standing: dict[str, MissionMemory] = field(default_factory=dict)
     _reported: set[tuple[str, str]] = field(default_factory=set)
 
     def violated(self, violation: Violation | None) -> None:
@@ -118,6 +119,10 @@ class Observation:
                 self.done.add(event.command_id)
 
     def stands(self, vehicle_id: str, memory: MissionMemory) -> None:
+        """What another vehicle takes meanwhile is checked when that one says so."""
+        if self._standing.get(vehicle_id) is memory:
+            return
+        self._standing[vehicle_id] = memory
         aboard = {rider.ride_id: rider.party for rider in memory.aboard}
         sections = {grant.section_id: grant.fence for grant in memory.occupied}
         self.violated(self.rules.stands(self.now_s(), vehicle_id, self.seats[vehicle_id], aboard, sections))

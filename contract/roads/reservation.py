@@ -30,17 +30,17 @@ class ReservationError(Exception):
         self.detail = detail
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Vehicle:
-    """goal: the section in which its route ends; None for one that was placed and has no route."""
+    """goal: the section in which its route ends; None for one that was placed and has no route.
 
-    held: list[str]
-    ahead: list[str]
-    goal: str | None = None
+    claim  the same for the safety test
+    """
 
-    @property
-    def is_moving(self) -> bool:
-        return bool(self.ahead) or (self.goal is not None and self.held != [self.goal])
+    held: tuple[str, ...]
+    ahead: tuple[str, ...]
+    goal: str | None
+    claim: Claim
 
 
 class Reservations:
@@ -52,12 +52,14 @@ class Reservations:
     def __init__(self, sections: Iterable[Section], last_fence: int = 0) -> None:
         self._ground = Ground(sections)
         self._vehicles: dict[str, _Vehicle] = {}
+        # What was last put back of each vehicle: most of a fleet is put back as it was.
+        self._restored: dict[str, _Vehicle] = {}
         self.last_fence = last_fence
 
     def emptied(self) -> "Reservations":
         """The same map without vehicles; data derived from the map are shared."""
         empty = Reservations(())
-        empty._ground = self._ground
+        empty._ground, empty._restored = self._ground, self._restored
         return empty
 
     @property
@@ -66,11 +68,11 @@ class Reservations:
 
     def held(self, vehicle_id: str) -> tuple[str, ...]:
         """The sections the vehicle holds, oldest first."""
-        return tuple(self._vehicle(vehicle_id).held)
+        return self._vehicle(vehicle_id).held
 
     def ahead(self, vehicle_id: str) -> tuple[str, ...]:
         """The sections of the vehicle's route that it does not hold yet."""
-        return tuple(self._vehicle(vehicle_id).ahead)
+        return self._vehicle(vehicle_id).ahead
 
     def is_safe(self) -> bool:
         """Every vehicle can still finish its route."""
@@ -87,12 +89,12 @@ class Reservations:
         self._check_known(held)
         wanted = self._ground.mask(held)
         for other_id in self.vehicle_ids:
-            if other_id != vehicle_id and self._ground.shadow(self._vehicles[other_id].held) & wanted:
+            if other_id != vehicle_id and self._vehicles[other_id].claim.shadow_now & wanted:
                 raise ReservationError(
                     "conflict",
                     f"{vehicle_id} and {other_id} claim the same ground; hold both and move one by hand",
                 )
-        self._vehicles[vehicle_id] = _Vehicle(list(held), [])
+        self._vehicles[vehicle_id] = self._entered(vehicle_id, tuple(held), (), None)
 
     def restore(self, vehicle_id: str, held: Sequence[str], ahead: Sequence[str], goal: str | None) -> None:
         """Put back a vehicle exactly as it was stored: its sections, the rest of its route, and its end.
@@ -100,8 +102,12 @@ class Reservations:
         Nothing is tested, since routes that are safe together need not be safe one by one. Raises
         ReservationError: unknown_section.
         """
-        self._check_known((*held, *ahead, *(() if goal is None else (goal,))))
-        self._vehicles[vehicle_id] = _Vehicle(list(held), list(ahead), goal)
+        whole = (tuple(held), tuple(ahead), goal)
+        known = self._restored.get(vehicle_id)
+        if known is None or (known.held, known.ahead, known.goal) != whole:
+            self._check_known((*held, *ahead, *(() if goal is None else (goal,))))
+            known = self._restored[vehicle_id] = self._entered(vehicle_id, *whole)
+        self._vehicles[vehicle_id] = known
 
     def remove(self, vehicle_id: str) -> None:
         """Remove a vehicle that has been taken off the roads."""
@@ -127,7 +133,7 @@ class Reservations:
                 "off_route", f"the route of {vehicle_id} does not touch a section it holds: {vehicle.held}"
             )
         before = self._ground.stuck(self._claims())
-        turned = _Vehicle(vehicle.held, ahead, route_sections[-1])
+        turned = self._entered(vehicle_id, vehicle.held, ahead, route_sections[-1])
         tolerated = before | {vehicle_id} if vehicle.goal is None else before - {vehicle_id}
         if not self._ground.stuck(self._claims(vehicle_id, turned)) <= tolerated:
             return False
@@ -142,9 +148,9 @@ class Reservations:
             return ()
         before = self._ground.stuck(self._claims())
         for count in range(free, 0, -1):
-            moved = _moved(vehicle, count)
+            moved = self._moved(vehicle_id, vehicle, count)
             if self._ground.stuck(self._claims(vehicle_id, moved)) <= before - {vehicle_id}:
-                granted = tuple(vehicle.ahead[:count])
+                granted = vehicle.ahead[:count]
                 self._vehicles[vehicle_id] = moved
                 return tuple(Grant(section_id, self._next_fence()) for section_id in granted)
         return ()
@@ -159,7 +165,9 @@ class Reservations:
             return False
         if len(vehicle.held) == 1:
             raise ReservationError("holds_nothing", f"{vehicle_id} stands in {section_id} and must keep it")
-        vehicle.held.remove(section_id)
+        number = vehicle.held.index(section_id)
+        held = vehicle.held[:number] + vehicle.held[number + 1 :]
+        self._vehicles[vehicle_id] = self._entered(vehicle_id, held, vehicle.ahead, vehicle.goal)
         return True
 
     def blocked_by(self, vehicle_id: str) -> tuple[str, ...]:
@@ -171,11 +179,11 @@ class Reservations:
         in_the_way = tuple(
             other_id
             for other_id in self.vehicle_ids
-            if other_id != vehicle_id and self._ground.shadow(self._vehicles[other_id].held) & next_bit
+            if other_id != vehicle_id and self._vehicles[other_id].claim.shadow_now & next_bit
         )
         if in_the_way:
             return in_the_way
-        stuck = self._ground.stuck(self._claims(vehicle_id, _moved(vehicle, 1)))
+        stuck = self._ground.stuck(self._claims(vehicle_id, self._moved(vehicle_id, vehicle, 1)))
         if not stuck - self._ground.stuck(self._claims()) and vehicle_id not in stuck:
             return ()
         return tuple(sorted(stuck - {vehicle_id}))
@@ -183,9 +191,7 @@ class Reservations:
     def _free_count(self, vehicle_id: str, limit: int) -> int:
         """How many sections ahead, at most `limit`, are in no other vehicle's shadow."""
         others = union(
-            self._ground.shadow(vehicle.held)
-            for other_id, vehicle in self._vehicles.items()
-            if other_id != vehicle_id
+            vehicle.claim.shadow_now for other_id, vehicle in self._vehicles.items() if other_id != vehicle_id
         )
         ahead = self._vehicles[vehicle_id].ahead[: max(0, limit)]
         for count, section_id in enumerate(ahead):
@@ -194,18 +200,26 @@ class Reservations:
         return len(ahead)
 
     def _claims(self, changed_id: str = "", changed: _Vehicle | None = None) -> list[Claim]:
-        claims = []
-        for vehicle_id in self.vehicle_ids:
-            vehicle = (
-                changed if changed is not None and vehicle_id == changed_id else self._vehicles[vehicle_id]
-            )
-            now = self._ground.shadow(vehicle.held)
-            end = now if vehicle.goal is None else self._ground.shadows[vehicle.goal]
-            need = self._ground.mask(vehicle.ahead)
-            claims.append(
-                Claim(vehicle_id, vehicle.is_moving, vehicle.held[-1], vehicle.ahead, need, now, end)
-            )
-        return claims
+        return [
+            changed.claim
+            if changed is not None and vehicle_id == changed_id
+            else self._vehicles[vehicle_id].claim
+            for vehicle_id in self.vehicle_ids
+        ]
+
+    def _entered(
+        self, vehicle_id: str, held: tuple[str, ...], ahead: tuple[str, ...], goal: str | None
+    ) -> _Vehicle:
+        now = self._ground.shadow(held)
+        end = now if goal is None else self._ground.shadows[goal]
+        is_moving = bool(ahead) or (goal is not None and held != (goal,))
+        need = self._ground.mask(ahead)
+        return _Vehicle(held, ahead, goal, Claim(vehicle_id, is_moving, held[-1], ahead, need, now, end))
+
+    def _moved(self, vehicle_id: str, vehicle: _Vehicle, count: int) -> _Vehicle:
+        """The vehicle once it holds `count` sections more."""
+        held, ahead = vehicle.held + vehicle.ahead[:count], vehicle.ahead[count:]
+        return self._entered(vehicle_id, held, ahead, vehicle.goal)
 
     def _vehicle(self, vehicle_id: str) -> _Vehicle:
         try:
@@ -223,12 +237,7 @@ class Reservations:
         return self.last_fence
 
 
-def _moved(vehicle: _Vehicle, count: int) -> _Vehicle:
-    """The vehicle once it holds `count` sections more."""
-    return _Vehicle(vehicle.held + vehicle.ahead[:count], vehicle.ahead[count:], vehicle.goal)
-
-
-def _rest_of_route(held: list[str], route: Sequence[str]) -> list[str] | None:
+def _rest_of_route(held: tuple[str, ...], route: Sequence[str]) -> tuple[str, ...] | None:
     """The route after the sections already held; None where the two do not touch."""
     start = next((i for i, section_id in enumerate(route) if section_id in held), None)
     if start is None:
@@ -243,4 +252,4 @@ def _rest_of_route(held: list[str], route: Sequence[str]) -> list[str] | None:
         ):
             match += 1
         best = max(best, match)
-    return list(route[start + best :])
+    return tuple(route[start + best :])

@@ -9,6 +9,8 @@ Sets of sections are integers, one bit a section.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import or_
 
 from contract.roads.design_vehicle import LENGTH_M, RELEASE_MARGIN_M, STANDING_MARGIN_M
 from contract.roads.load import MapError
@@ -54,10 +56,10 @@ class Ground:
         self._followed_by = _places_to_wait(listed)
 
     def mask(self, section_ids: Iterable[str]) -> int:
-        return union(self.bits[section_id] for section_id in section_ids)
+        return union(map(self.bits.__getitem__, section_ids))
 
     def shadow(self, section_ids: Iterable[str]) -> int:
-        return union(self.shadows[section_id] for section_id in section_ids)
+        return union(map(self.shadows.__getitem__, section_ids))
 
     def stuck(self, claims: Sequence[Claim]) -> frozenset[str]:
         """The vehicles that no order of moves brings to their ends.
@@ -71,8 +73,8 @@ class Ground:
         while waiting:
             for place, claim in enumerate(waiting):
                 others = waiting[:place] + waiting[place + 1 :]
-                wanted = union(other.need for other in others)
-                in_the_way = union(s for other_id, s in standing.items() if other_id != claim.vehicle_id)
+                wanted = union([other.need for other in others])
+                in_the_way = union([s for other_id, s in standing.items() if other_id != claim.vehicle_id])
                 if not claim.need & in_the_way and not claim.shadow_end & wanted:
                     standing[claim.vehicle_id] = claim.shadow_end
                     waiting = others
@@ -130,7 +132,4 @@ def _places_to_wait(sections: list[Section]) -> dict[str, str]:
 
 def union(masks: Iterable[int]) -> int:
     """All of them together."""
-    together = 0
-    for mask in masks:
-        together |= mask
-    return together
+    return reduce(or_, masks, 0)

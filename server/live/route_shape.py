@@ -15,10 +15,11 @@ TOLERANCE_M = 0.5
 
 @dataclass(frozen=True, slots=True)
 class _Shape:
-    """A lane as it is drawn: points (n, 2) and s (n,), in metres."""
+    """A lane as it is drawn: points (n, 2) and s (n,), in metres; whole: all of it, rounded."""
 
     points: Array
     s: Array
+    whole: tuple[Point, ...]
 
 
 class RouteShapes:
@@ -38,11 +39,15 @@ class RouteShapes:
         if lane_id in route:
             route, start_m = route[route.index(lane_id) :], s_m
         points: list[Point] = []
+        last = len(route) - 1
         for place, lane in enumerate(route):
-            if lane in self.lines:
-                from_m = start_m if place == 0 else 0.0
-                to_m = end_s_m if place == len(route) - 1 else self.lines[lane].length_m
-                points += self._between(lane, from_m, to_m)
+            if lane not in self.lines:
+                continue
+            if 0 < place < last:
+                points += self._shape(lane).whole
+            else:
+                to_m = end_s_m if place == last else self.lines[lane].length_m
+                points += self._between(lane, start_m if place == 0 else 0.0, to_m)
         return tuple(point for point, _ in groupby(points))
 
     def _between(self, lane_id: str, from_m: float, to_m: float) -> list[Point]:
@@ -52,14 +57,19 @@ class RouteShapes:
         inside = shape.points[(shape.s > from_m) & (shape.s < to_m)]
         ends = [np.interp((from_m, to_m), line.s, line.points[:, axis]) for axis in (0, 1)]
         first, last = np.column_stack(ends)
-        return [(round(x, 2), round(y, 2)) for x, y in np.vstack((first, inside, last)).tolist()]
+        return list(_rounded(np.vstack((first, inside, last))))
 
     def _shape(self, lane_id: str) -> _Shape:
         if lane_id not in self._shapes:
             line = self.lines[lane_id]
             keep = simplified(line.points, TOLERANCE_M)
-            self._shapes[lane_id] = _Shape(line.points[keep], line.s[keep])
+            points = line.points[keep]
+            self._shapes[lane_id] = _Shape(points, line.s[keep], _rounded(points))
         return self._shapes[lane_id]
+
+
+def _rounded(points: Array) -> tuple[Point, ...]:
+    return tuple((round(x, 2), round(y, 2)) for x, y in points.tolist())
 
 
 def simplified(points: Array, tolerance_m: float) -> Array:

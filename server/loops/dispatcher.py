@@ -13,7 +13,7 @@ from typing import TypeVar
 from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.supervision.standing_tasks import PeriodicTask
-from server.supervision.steps import run_steps
+from server.supervision.steps import run_steps, run_together
 from server.usecases.fleet import charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
@@ -43,6 +43,10 @@ _EVERY_PERIOD: tuple[Callable[[UnitOfWork], object], ...] = (
 _SLOW: tuple[Callable[[UnitOfWork], object], ...] = (charging.manage_charging, plans.refresh_expected)
 
 
+class StandsBy(LeaseLost):
+    """Another replica dispatches; this one waits."""
+
+
 class Dispatcher:
     """slices: of one improvement, a count and not a time."""
 
@@ -67,27 +71,28 @@ class Dispatcher:
         self.task = PeriodicTask("dispatcher", self.run_once, PERIOD_S, bus, heard)
 
     async def run_once(self) -> None:
-        """Keep the lease, then do everything that is due. A step that fails stops no other one."""
-        token = await self._transactions.run(
-            lambda uow: uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
-        )
-        if token is None:
-            return
-        self._token = token
-        steps: list[Callable[[], Awaitable[object]]] = [partial(self._fenced, work) for work in _EVERY_PERIOD]
+        """Keep the lease and do everything that is due. A step that fails stops no other one."""
         self._periods += 1
-        if self._periods % SLOW_PERIODS == 0:
-            steps += [partial(self._fenced, work) for work in _SLOW]
+        is_slow = self._periods % SLOW_PERIODS == 0
+        works = (*_EVERY_PERIOD, *_SLOW) if is_slow else _EVERY_PERIOD
+        steps: list[Callable[[], Awaitable[object]]] = [partial(run_together, self._leased, works)]
+        if is_slow:
             steps += [self._improve, self._relocate]
-        await run_steps(steps)
+        try:
+            await run_steps(steps)
+        except StandsBy:
+            return
 
     async def _improve(self) -> None:
         """Solve outside of transactions; an answer that comes too late is dropped."""
-        improvement = await self._transactions.read(plans.improvement_of)
+        # In the writer's transactions, whose memory has the fleet: a reader would decode all its rows.
+        improvement = await self._fenced(plans.improvement_of)
         if improvement is None or self._budget.slices == 0:
             return
         seed = self._ids.seed()
         solution = await self._solver.solve(improvement.problem, self._budget, seed)
+        if not improvement.is_changed_by(solution):
+            return
         search = SearchSettings(replace(self._budget, stop_after=solution.slices), seed)
         await self._fenced(lambda uow: plans.adopt_improvement(uow, improvement, solution, search))
 
@@ -101,6 +106,18 @@ class Dispatcher:
         move = await self._transactions.read(lambda uow: relocation.best_relocation(uow, demand))
         if move is not None:
             await self._fenced(lambda uow: relocation.relocate(uow, move))
+
+    async def _leased(self, work: Callable[[UnitOfWork], T]) -> T:
+        """In one transaction with the lease. Raises StandsBy while another dispatcher holds it."""
+
+        def with_lease(uow: UnitOfWork) -> T:
+            token = uow.leases.take(LEASE, self._holder, uow.now, LEASE_S)
+            if token is None:
+                raise StandsBy("another dispatcher holds the lease")
+            self._token = token
+            return work(uow)
+
+        return await self._transactions.run(with_lease)
 
     async def _fenced(self, work: Callable[[UnitOfWork], T]) -> T:
         def under_lease(uow: UnitOfWork) -> T:

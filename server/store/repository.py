@@ -46,10 +46,19 @@ def _inserting(table: Table) -> Insert:
 
 
 @cache
+def _adding(dialect: str, table: Table, names: tuple[str, ...]) -> DialectInsert:
+    return _new_row(dialect, table, names).on_conflict_do_nothing()
+
+
+def _new_row(dialect: str, table: Table, names: tuple[str, ...]) -> DialectInsert:
+    new = dialect_insert(dialect, table)
+    return new.values({name: bindparam(name) for name in ("campus_id", *names)})
+
+
+@cache
 def _putting(dialect: str, table: Table, names: tuple[str, ...]) -> DialectInsert:
     keys = [column.name for column in table.primary_key.columns]
-    new = dialect_insert(dialect, table)
-    new = new.values({name: bindparam(name) for name in ("campus_id", *names)})
+    new = _new_row(dialect, table, names)
     changed = {name: new.excluded[name] for name in names if name not in keys}
     return new.on_conflict_do_update(index_elements=keys, set_=changed)
 
@@ -138,10 +147,10 @@ class Repository:
             self._connection.execute(statement, owned)
 
     def _add_missing(self, table: Table, rows: Sequence[Mapping[str, object]]) -> None:
-        """Insert the rows whose keys are new."""
+        """Insert the rows whose keys are new. They have the same columns."""
         if rows:
             self._require_lock()
-            statement = dialect_insert(self._connection.dialect.name, table).on_conflict_do_nothing()
+            statement = _adding(self._connection.dialect.name, table, tuple(rows[0]))
             self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
 
     def _update(self, table: Table, values: Mapping[str, object], *conditions: ColumnElement[bool]) -> int:

@@ -33,7 +33,7 @@ from server.usecases.record import identity
 
 TRIES_PER_MINUTE = 100_000
 # No page is open: the scene is kept, but not as often as a viewer's eye wants it.
-LIVE_INTERVAL_S = 2.0
+LIVE_INTERVAL_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +92,7 @@ class ServiceProcess:
             end=self._given_up,
         )
         self._app = create_app(_settings(machine.folder), replace(ports, loops=standing_tasks(ports)))
+        self._watch_inputs()
         self._transport = httpx.ASGITransport(app=self._app)
         self._stopping = asyncio.Event()
         self._life = self.loop.create_task(self._live(self._app), name="life")
@@ -128,6 +129,18 @@ class ServiceProcess:
         self.loop.run_now(self._inline.close())
         self._timeline.remove_loop(self.loop)
         self.loop.close()
+
+    def _watch_inputs(self) -> None:
+        """A message that a standing task cannot handle is a defect, though the task goes on."""
+        supervisor = self.services.supervisor
+        take = supervisor.input_failed
+
+        def input_failed(name: str, error: Exception) -> None:
+            if not self.is_over and not _is_of_store(error):
+                self.defects.append(f"{name} cannot handle an input: {error!r}")
+            take(name, error)
+
+        supervisor.input_failed = input_failed  # type: ignore[method-assign]
 
     def _given_up(self, text: str, error: BaseException) -> None:
         if not _is_of_store(error):

@@ -18,7 +18,8 @@ from server.store.unit_of_work import SqlUnitOfWork
 class StoreFacts:
     """events: (vehicle, boot), then number. planned: rides by vehicle. key_of_ride: of rides with a key.
 
-    held  section and fence of every grant, by vehicle
+    held       section and fence of every grant, by vehicle
+    connected  vehicles that have a session, as the store knows it
     """
 
     rides: tuple[StoredRide, ...]
@@ -27,6 +28,7 @@ class StoreFacts:
     planned: Mapping[str, tuple[str, ...]]
     open_orders: Mapping[str, frozenset[str]]
     held: Mapping[str, frozenset[tuple[str, int]]]
+    connected: frozenset[str]
 
 
 def store_facts(machine: Machine, now_s: float, faults_end_s: float, *, clock_was_wrong: bool) -> StoreFacts:
@@ -69,6 +71,7 @@ def store_facts(machine: Machine, now_s: float, faults_end_s: float, *, clock_wa
                 taken.vehicle_id: frozenset((grant.section_id, grant.fence) for grant in taken.held)
                 for taken in uow.sections.all()
             },
+            frozenset(vehicle.vehicle_id for vehicle in uow.vehicles.all() if vehicle.connected),
         )
 
 

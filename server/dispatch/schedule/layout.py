@@ -1,4 +1,8 @@
-"""A route of the engine's nodes as a vehicle's calls. Riders at one place share a call."""
+"""A route of the engine's nodes as a vehicle's calls. Riders at one place share a call.
+
+A party whose pickup opens much later has a call of its own: else those who get off or on before would wait
+for it, and the vehicle would block the road there. Between the two calls it can rest elsewhere.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,6 +10,10 @@ from dataclasses import dataclass, field
 from server.dispatch.engine.plan import Plan
 from server.dispatch.engine.task import Task, drive_s
 from server.dispatch.problem import Call, CallTime, Request
+
+# A vehicle waits at a place for at most so long. Calls that are apart already are joined at half of it, so
+# that they do not change with every second of the expected times.
+WAIT_S_MAX = 300.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +40,17 @@ class _Group:
     leave_s: float = 0.0
     dwell_s: float = 0.0
 
-    def takes(self, place: int, locked: bool, stay: Stay | None) -> bool:
-        """Whether a node right after those of the group is part of the same call."""
+    def takes(self, place: int, locked: bool, stay: Stay | None, wait_s: float) -> bool:
+        """Whether a node right after those of the group is part of the same call.
+
+        wait_s  how long the vehicle would wait for it
+        """
         if place != self.place or locked != self.locked or _off_duty(stay) or _off_duty(self.stay):
             return False
-        if stay is None or self.stay is None or stay.number == self.stay.number:
+        is_apart = stay is not None and self.stay is not None and stay.number != self.stay.number
+        if not locked and wait_s > (0.5 * WAIT_S_MAX if is_apart else WAIT_S_MAX):
+            return False
+        if stay is None or self.stay is None or not is_apart:
             return True
         return not (stay.call.fixed or self.stay.call.fixed or locked)
 
@@ -58,7 +72,9 @@ def calls_and_times(
     for k in range(1, int(plan.length[v]) - 1):
         node = int(route[k])
         stay, locked = stays.get(node), k < plan.locked[v]
-        if not groups or not groups[-1].takes(int(task.place[node]), locked, stay):
+        is_pickup = node < 2 * task.requests and not node & 1
+        wait_s = float(plan.least_s[v, k]) - groups[-1].leave_s if groups and is_pickup else 0.0
+        if not groups or not groups[-1].takes(int(task.place[node]), locked, stay, wait_s):
             left_s = groups[-1].leave_s if groups else float(plan.least_s[v, 0])
             arrive_s = left_s + float(drive_s(task, route[k - 1], node))
             travel_time_factor = float(task.travel_time_factor[node])

@@ -1,6 +1,6 @@
 """Which vehicle holds which sections of the road, and which it still needs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,14 +15,15 @@ class HeldSection:
 class Occupancy:
     """One vehicle on the road: what it holds, in driving order, and what its route still needs.
 
-    goal   the section in which its route ends, None for a vehicle that has been placed and has no route
+    goal      the section in which its route ends, None for a vehicle that has been placed and has no route
+    held_ids  the sections of `held`
     """
 
     vehicle_id: str
     held: tuple[HeldSection, ...]
     ahead: tuple[str, ...]
     goal: str | None = None
+    held_ids: tuple[str, ...] = field(init=False, repr=False, compare=False)
 
-    @property
-    def held_ids(self) -> tuple[str, ...]:
-        return tuple(section.section_id for section in self.held)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "held_ids", tuple(section.section_id for section in self.held))

@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from datetime import datetime
 from functools import lru_cache
+from typing import Any
 
 import msgspec
 import structlog
-from sqlalchemy import Connection, func, select
+from sqlalchemy import Connection, Select, bindparam, func, select
 
 from contract.wire.messages import Status
 from server.domain.fleet.shifts import Shifts
@@ -30,6 +31,35 @@ _vehicle = tables.vehicles.c
 _where = tables.whereabouts.c
 _command = tables.vehicle_commands.c
 _VEHICLE_FIELDS = tuple(field.name for field in fields(Vehicle))
+
+
+def _last_commands() -> Select[Any]:
+    newest_first = func.row_number().over(
+        partition_by=_command.vehicle_id, order_by=(_command.made_at.desc(), _command.command_id.desc())
+    )
+    is_one_of = _command.vehicle_id.in_(bindparam("vehicle_ids", expanding=True))
+    ranked = (
+        select(_command.command_id, newest_first.label("rank"))
+        .where(_command.campus_id == bindparam("campus_id"), is_one_of)
+        .subquery()
+    )
+    newest = select(ranked.c.command_id).where(ranked.c.rank == 1)
+    return select(tables.vehicle_commands).where(
+        _command.campus_id == bindparam("campus_id"), _command.command_id.in_(newest)
+    )
+
+
+# Asked for every message to a vehicle, and for every reading of a screen: made once.
+_LAST_COMMANDS = _last_commands()
+_PENDING_COMMANDS = (
+    select(tables.vehicle_commands)
+    .where(
+        _command.campus_id == bindparam("campus_id"),
+        _command.vehicle_id == bindparam("vehicle_id"),
+        _command.state == "pending",
+    )
+    .order_by(_command.made_at, _command.command_id)
+)
 
 
 class SqlVehicleRepository(Repository):
@@ -101,24 +131,13 @@ class SqlVehicleRepository(Repository):
 
     def last_commands(self, vehicle_ids: Sequence[str]) -> dict[str, VehicleCommand]:
         """The newest command to each of those vehicles that ever had one, by vehicle id."""
-        newest_first = func.row_number().over(
-            partition_by=_command.vehicle_id, order_by=(_command.made_at.desc(), _command.command_id.desc())
-        )
-        ranked = (
-            select(_command.command_id, newest_first.label("rank"))
-            .where(_command.campus_id == self._campus_id, _command.vehicle_id.in_(vehicle_ids))
-            .subquery()
-        )
-        newest = select(ranked.c.command_id).where(ranked.c.rank == 1)
-        rows = self._many(self._select(tables.vehicle_commands, _command.command_id.in_(newest)))
+        named = {"campus_id": self._campus_id, "vehicle_ids": list(vehicle_ids)}
+        rows = self._connection.execute(_LAST_COMMANDS, named).all()
         return {row.vehicle_id: _command_from_row(row) for row in rows}
 
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
-        rows = self._many(
-            self._select(
-                tables.vehicle_commands, _command.vehicle_id == vehicle_id, _command.state == "pending"
-            ).order_by(_command.made_at, _command.command_id)
-        )
+        named = {"campus_id": self._campus_id, "vehicle_id": vehicle_id}
+        rows = self._connection.execute(_PENDING_COMMANDS, named).all()
         return tuple(_command_from_row(row) for row in rows)
 
 

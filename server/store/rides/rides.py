@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 
-from sqlalchemy import ColumnElement, Connection, select
+from sqlalchemy import ColumnElement, Connection, bindparam, select
 
 from server.domain.rides.rides import (
     ENDED,
@@ -20,6 +20,16 @@ from server.store.writing.campus_lock import CampusLock
 
 _ride = tables.rides.c
 _tap = tables.taps.c
+# Asked for every message to a vehicle: made once.
+_PENDING_TAPS = (
+    select(tables.taps)
+    .where(
+        _tap.campus_id == bindparam("campus_id"),
+        _tap.vehicle_id == bindparam("vehicle_id"),
+        _tap.state == "pending",
+    )
+    .order_by(_tap.made_at, _tap.tap_id)
+)
 
 
 class SqlRideRepository(Repository):
@@ -114,12 +124,8 @@ class SqlRideRepository(Repository):
         return None if row is None else _tap_from_row(row)
 
     def pending_taps(self, vehicle_id: str) -> tuple[Tap, ...]:
-        rows = self._many(
-            self._select(tables.taps, _tap.vehicle_id == vehicle_id, _tap.state == "pending").order_by(
-                _tap.made_at, _tap.tap_id
-            )
-        )
-        return tuple(_tap_from_row(row) for row in rows)
+        named = {"campus_id": self._campus_id, "vehicle_id": vehicle_id}
+        return tuple(_tap_from_row(row) for row in self._connection.execute(_PENDING_TAPS, named))
 
     def _listed(self, *conditions: ColumnElement[bool]) -> tuple[Ride, ...]:
         self.flush()

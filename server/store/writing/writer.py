@@ -5,6 +5,7 @@ After a failure the connection is replaced and the memory is forgotten, so no ha
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
@@ -81,7 +82,11 @@ class Writer:
         while True:
             attempt = Kept()
             with attempt:
-                self._attempt(jobs, patience)
+                # A job that is alone needs no savepoint: it is rolled back with the transaction.
+                is_alone = len(jobs) == 1
+                self._attempt(jobs, patience, 0 if is_alone else ATTEMPTS)
+                if is_alone and isinstance(jobs[0].failure, PlanChanged):
+                    self._attempt(jobs, patience, ATTEMPTS - 1)
             error = attempt.failure
             if error is None:
                 return True
@@ -112,7 +117,8 @@ class Writer:
 
     # ---------------------------------------------------------------- one attempt
 
-    def _attempt(self, jobs: Sequence[Job[Any]], patience: Patience) -> None:
+    def _attempt(self, jobs: Sequence[Job[Any]], patience: Patience, attempts: int) -> None:
+        """attempts: of each job, in savepoints; 0 for one without any, of a job that is alone."""
         if self._file is not None and self._file.is_replaced():
             raise StoreUnavailable(
                 "the database file was replaced while the server ran: stop the server, then restore the file"
@@ -123,8 +129,9 @@ class Writer:
         try:
             self._memory.begin(lock.found, lock.made)
             for job in jobs:
-                self._run(connection, lock, job)
-            if all(job.failure is not None for job in jobs):
+                self._run(connection, lock, job, attempts)
+            if not lock.has_written or all(job.failure is not None for job in jobs):
+                # PostgreSQL would flush the lock itself to the disk, for nothing.
                 transaction.rollback()
                 self._memory.is_at(lock.found)
                 return
@@ -136,10 +143,11 @@ class Writer:
         if commit.failure is not None:
             self._require_committed(connection, lock, commit.failure, patience)
 
-    def _run(self, connection: Connection, lock: CampusLock, job: Job[Any]) -> None:
-        """Run a job in its savepoint. Its own failure is kept in it; one of the database is raised."""
+    def _run(self, connection: Connection, lock: CampusLock, job: Job[Any], attempts: int) -> None:
+        """Run a job. Its own failure is kept in it; one of the database is raised."""
         with job:
-            job.done = _repeated(lambda: self._in_savepoint(connection, lock, job.work))
+            in_savepoint = attempts > 0
+            job.done = _repeated(lambda: self._decide(connection, lock, job.work, in_savepoint), attempts)
         error = job.failure
         if error is None:
             return
@@ -150,12 +158,16 @@ class Writer:
             cause = error if is_unavailable(error) else error.__context__ or error
             raise TransactionLost from cause
 
-    def _in_savepoint(
-        self, connection: Connection, lock: CampusLock, work: Work[T]
+    def _decide(
+        self, connection: Connection, lock: CampusLock, work: Work[T], in_savepoint: bool
     ) -> tuple[T, PublishedMessages]:
+        """The result and the messages. After a failure the memory is as before.
+
+        So are the rows with a savepoint; without one the caller rolls back.
+        """
         mark = self._memory.mark()
         try:
-            with connection.begin_nested():
+            with connection.begin_nested() if in_savepoint else nullcontext():
                 uow = SqlUnitOfWork(connection, self._context, lock=lock, memory=self._memory)
                 result = work(uow)
                 uow.flush()
@@ -219,9 +231,9 @@ def _refusal(error: BaseException) -> DomainError:
     return refusal
 
 
-def _repeated(once: Callable[[], T]) -> T:
+def _repeated(once: Callable[[], T], attempts: int) -> T:
     """Decide again on what has changed in the meantime, a bounded number of times."""
-    for _ in range(ATTEMPTS - 1):
+    for _ in range(attempts - 1):
         try:
             return once()
         except PlanChanged:

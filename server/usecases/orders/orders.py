@@ -27,6 +27,8 @@ from server.usecases.roads.routing import (
 from server.usecases.roads.section_reservations import SectionReservations
 
 REJECTIONS_MAX = 3
+# Slower than the noise of a speed that is measured.
+_STANDS_MPS = 0.1
 
 
 def reissue(
@@ -45,6 +47,7 @@ def reissue(
     if uow.roads().closed:
         reservations = reservations or SectionReservations(uow)
     turns = reservations is not None and leads_through_closed(uow.roads(), reservations, vehicle_id)
+    turns = turns or _waits_off_its_route(uow, vehicle_id, present, reservations)
     if not turns and not _is_behind(present, plan):
         return None
     if not turns and present is not None and _says_the_same(present, plan):
@@ -120,7 +123,40 @@ def repeat(uow: UnitOfWork, vehicle_id: str) -> IssuedOrder | None:
     return reissue(uow, vehicle_id)
 
 
+def visits_removed(uow: UnitOfWork, before: Plan, after: Plan) -> None:
+    """The server has changed a plan: an order that names a visit which is no longer in it must be replaced.
+
+    Otherwise the vehicle would drive to a stop for riders who have cancelled or got off.
+    """
+    order = uow.orders.current(before.vehicle_id)
+    if order is None or order.state is OrderState.DONE:
+        return
+    kept = {visit.visit_id for visit in after.visits}
+    removed = {visit.visit_id for visit in before.visits if visit.visit_id not in kept}
+    if not removed.isdisjoint(_visit_ids(order)):
+        uow.orders.save(replace(order, plan_version=-1))
+
+
 # ---------------------------------------------------------------- making an order
+
+
+def _waits_off_its_route(
+    uow: UnitOfWork, vehicle_id: str, present: IssuedOrder | None, reservations: SectionReservations | None
+) -> bool:
+    """The vehicle stands before a section that is not on its route here, so it would never be granted.
+
+    An order made from an older position leads a vehicle that has passed the visit meanwhile another way.
+    """
+    if present is None or present.state is not OrderState.ACCEPTED or reservations is None:
+        return False
+    where = uow.vehicles.whereabouts(vehicle_id)
+    status = None if where is None else where.status
+    if status is None or not status.waiting_for or status.speed_mps > _STANDS_MPS:
+        return False
+    if (status.order_id, status.revision) != (present.order_id, present.revision):
+        return False
+    occupancy = reservations.occupancy(vehicle_id)
+    return status.waiting_for not in (*occupancy.held_ids, *occupancy.ahead)
 
 
 def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:

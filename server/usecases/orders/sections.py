@@ -1,7 +1,9 @@
 """Grants the road ahead. Every grant and every route goes through the reservation controller."""
 
 import math
+from collections.abc import Mapping
 
+from contract.geometry import Pose2
 from contract.wire.messages import SectionGrant
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.orders.orders import IssuedOrder, OrderState
@@ -31,10 +33,15 @@ def extend_grants(uow: UnitOfWork) -> tuple[str, ...]:
 
 def grant_ahead(uow: UnitOfWork, reservations: SectionReservations) -> tuple[str, ...]:
     """Grant the road ahead to every vehicle that can drive. Returns the vehicles with new grants."""
-    gained = []
+    gained: list[str] = []
+    poses = {
+        where.vehicle_id: where.status.pose_map
+        for where in uow.vehicles.all_whereabouts()
+        if where.status is not None
+    }
     for vehicle in uow.vehicles.all():
         if vehicle.placed and vehicle.connected and not vehicle.held:
-            count = _wanted(uow, vehicle, reservations)
+            count = _wanted(uow, vehicle, reservations, poses)
             if count and reservations.grant(vehicle.vehicle_id, count):
                 gained.append(vehicle.vehicle_id)
                 uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle.vehicle_id))
@@ -54,7 +61,9 @@ def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> N
         extend_grants(uow)
 
 
-def _wanted(uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations) -> int:
+def _wanted(
+    uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations, poses: Mapping[str, Pose2]
+) -> int:
     occupancy = reservations.occupancy(vehicle.vehicle_id)
     if not occupancy.ahead:
         return 0
@@ -64,7 +73,7 @@ def _wanted(uow: UnitOfWork, vehicle: Vehicle, reservations: SectionReservations
     network = uow.network()
     here = road_position(network, occupancy.held_ids, where.status)
     distance_m = uow.rules.grant_ahead_m
-    if _is_alone(uow, vehicle.vehicle_id):
+    if _is_alone(vehicle.vehicle_id, poses):
         distance_m *= ALONE_FACTOR
     halt = _next_halt(uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id))
     ahead = _open_ahead(uow.roads(), occupancy)
@@ -88,11 +97,10 @@ def _next_halt(plan: Plan | None, order: IssuedOrder | None) -> PlannedVisit | N
     return next((visit for visit in plan.visits if visit.visit_id in ordered), None)
 
 
-def _is_alone(uow: UnitOfWork, vehicle_id: str) -> bool:
-    poses = {
-        where.vehicle_id: where.status.pose_map
-        for where in uow.vehicles.all_whereabouts()
-        if where.status is not None
-    }
-    mine = poses.pop(vehicle_id)
-    return all(math.hypot(pose.x_m - mine.x_m, pose.y_m - mine.y_m) > ALONE_M for pose in poses.values())
+def _is_alone(vehicle_id: str, poses: Mapping[str, Pose2]) -> bool:
+    mine = poses[vehicle_id]
+    return all(
+        math.hypot(pose.x_m - mine.x_m, pose.y_m - mine.y_m) > ALONE_M
+        for other_id, pose in poses.items()
+        if other_id != vehicle_id
+    )

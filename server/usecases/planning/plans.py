@@ -4,7 +4,7 @@ A decision takes a snapshot of the fleet, solves it, and stores the changed rout
 changed vehicles get new orders as soon as their new routes are safe.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from math import isfinite
@@ -28,6 +28,7 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.domain.service.timetable import Departure, without_vehicle
+from server.usecases.orders import orders
 from server.usecases.planning import promises, unreachable_rides
 from server.usecases.planning.assign import assign_rides
 from server.usecases.planning.decisions import SearchSettings, keep_improvement
@@ -155,7 +156,9 @@ def release_departures(uow: UnitOfWork, vehicle_id: str, call_ids: frozenset[str
     kept = [visit for visit in plan.visits if not visit.departure_id or visit.departure_id in begun]
     if len(kept) == len(plan.visits):
         return
-    uow.plans.save(next_version(plan, kept), plan.version)
+    after = next_version(plan, kept)
+    uow.plans.save(after, plan.version)
+    orders.visits_removed(uow, plan, after)
     for departure in uow.departures.unfinished():
         if departure.vehicle_id == vehicle_id and departure.departure_id not in begun:
             uow.departures.save(without_vehicle(departure))
@@ -241,10 +244,14 @@ def refresh_expected(uow: UnitOfWork) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Improvement:
-    """A problem to be improved outside a transaction, and the plan versions that it was made from."""
+    """A problem to be improved outside a transaction, and the plans that it was made from."""
 
     problem: Problem
-    versions: dict[str, int]
+    plans: dict[str, Plan]
+
+    def is_changed_by(self, solution: Solution) -> bool:
+        """Whether the solution differs from the plans."""
+        return any(differs_from_plan(self.plans[route.vehicle_id], route) for route in solution.routes)
 
 
 def improvement_of(uow: UnitOfWork) -> Improvement | None:
@@ -254,8 +261,7 @@ def improvement_of(uow: UnitOfWork) -> Improvement | None:
     waiting = sum(len(call.board) for vehicle in snapshot.problem.vehicles for call in vehicle.calls)
     if waiting == 0 or waiting + accepting < 3:
         return None
-    versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
-    return Improvement(snapshot.problem, versions)
+    return Improvement(snapshot.problem, dict(snapshot.plans))
 
 
 def adopt_improvement(
@@ -266,8 +272,7 @@ def adopt_improvement(
     Returns the vehicles whose plans changed. A late answer is dropped.
     """
     snapshot = take_snapshot(uow)
-    versions = {vehicle_id: plan.version for vehicle_id, plan in snapshot.plans.items()}
-    if versions != improvement.versions:
+    if _versions(snapshot.plans) != _versions(improvement.plans):
         return ()
     before = dict(snapshot.rides)
     changed = adopt_routes(uow, snapshot, solution.routes)
@@ -282,6 +287,10 @@ def adopt_improvement(
 def _from_its_last_call_s(problem: Problem, vehicle: VehicleState, place: int) -> float:
     row = problem.times[vehicle.calls[-1].place] if vehicle.calls else vehicle.to_places_s
     return float(row[place])
+
+
+def _versions(plans: Mapping[str, Plan]) -> dict[str, int]:
+    return {vehicle_id: plan.version for vehicle_id, plan in plans.items()}
 
 
 def _solve_insertions(snapshot: Snapshot) -> Solution:

@@ -20,6 +20,7 @@ from server.domain.rides.rides import (
     unassigned,
 )
 from server.domain.service.timetable import given_to
+from server.usecases.orders import orders
 from server.usecases.planning.snapshot import Snapshot, moment
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -46,6 +47,7 @@ def save_route(uow: UnitOfWork, snapshot: Snapshot, route: VehicleRoute) -> Plan
     )
     after = _with_rest(uow, snapshot, plan, visits)
     uow.plans.save(after, plan.version)
+    orders.visits_removed(uow, plan, after)
     snapshot.plans[route.vehicle_id] = after
     _assign(uow, snapshot, route)
     _give_departures(uow, snapshot, route)
@@ -137,12 +139,13 @@ def _stops_ahead(
 ) -> int:
     """How many stops the next order contains: none if the shuttle can rest before the first one is due.
 
-    A shuttle that waits at a stop before its time blocks the road for those behind it.
+    A shuttle that waits at a stop before its time blocks the road for those behind it. A party that gets off
+    at a stop does not wait for those who board there.
     """
     most = min(len(visits), uow.rules.order_stops)
     for number, visit in enumerate(visits[:most]):
         starts = number == 0 and (at_rest or visit.state == "under_way")
-        if starts or visit.not_before is None or visit.eta is None:
+        if starts or visit.alight or visit.not_before is None or visit.eta is None:
             continue
         idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s
         early_s = uow.rules.early_s(timed=bool(visit.departure_id))

@@ -147,3 +147,30 @@ def test_a_vehicle_with_more_people_than_seats_is_left_out_of_decisions() -> Non
     solution = solve(problem, Budget(3), 0)
     assert solution.impossible == ("v",)
     assert [route.vehicle_id for route in solution.routes] == ["w"]
+
+
+@pytest.mark.parametrize(("opens_s", "places"), [(300.0, [1, 3]), (900.0, [1, 1, 3])])
+def test_riders_at_a_stop_do_not_wait_there_for_a_party_that_boards_much_later(
+    opens_s: float, places: list[int]
+) -> None:
+    at_once, later = a_request("a", 1, 3), a_request("b", 1, 3, pickup_from_s=opens_s)
+    together = (Call(1, ("a", "b"), (), 10.0), Call(3, (), ("a", "b"), 10.0))
+    names = {"a": at_once, "b": later}
+    problem = Problem((a_vehicle(calls=together),), names, TIMES, dwell_s=10.0, together=True)
+    (route,) = solve(problem, Budget(), 0).routes
+    assert [call.place for call in route.calls] == places
+
+
+@pytest.mark.parametrize(("opens_s", "places"), [(200.0, [1, 3]), (300.0, [1, 1, 3])])
+def test_calls_that_are_apart_stay_apart_a_while(opens_s: float, places: list[int]) -> None:
+    at_once, later = a_request("a", 1, 3), a_request("b", 1, 3, pickup_from_s=opens_s)
+    calls = (
+        Call(1, ("a",), (), 10.0, call_id="first"),
+        Call(1, ("b",), (), 10.0, call_id="second"),
+        Call(3, (), ("a", "b"), 10.0, call_id="last"),
+    )
+    problem = Problem(
+        (a_vehicle(calls=calls),), {"a": at_once, "b": later}, TIMES, dwell_s=10.0, together=True
+    )
+    (route,) = solve(problem, Budget(), 0).routes
+    assert [call.place for call in route.calls] == places

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from datetime import timedelta
 
+import msgspec
 import pytest
 
 from contract.wire.messages import OrderRejected, SectionGrant, VisitChanged
@@ -11,8 +12,9 @@ from server.domain.orders.orders import IssuedOrder, OrderState
 from server.domain.planning.plans import Plan, PlannedVisit, next_version
 from server.domain.record.events import RecordedEvent
 from server.usecases.fleet import events
-from server.usecases.orders import orders
+from server.usecases.orders import orders, sections
 from server.usecases.planning import plans
+from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.usecases.fake_fleet import FakeFleet
 
 
@@ -231,3 +233,53 @@ def test_a_rejected_order_is_issued_again_when_the_vehicle_leaves_its_visit(driv
     fleet.campus.do(lambda uow: events.apply_event(uow, left))
     again = current(fleet, vehicle_id)
     assert (again.state, again.revision) == (OrderState.ISSUED, rejected.revision + 1)
+
+
+def test_an_order_that_names_a_stop_of_riders_who_are_gone_is_replaced(driven_fleet: FakeFleet) -> None:
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    fleet.run_until(lambda: current(fleet, vehicle_id).state is OrderState.ACCEPTED)
+    before = current(fleet, vehicle_id)
+
+    def riders_are_gone(uow: UnitOfWork) -> IssuedOrder | None:
+        plan = plans.plan_of(uow, vehicle_id)
+        rest_only = next_version(plan, plan.ordered[-1:], plan.resting_place_id)
+        uow.plans.save(rest_only, plan.version)
+        orders.visits_removed(uow, plan, rest_only)
+        return orders.reissue(uow, vehicle_id)
+
+    replaced = fleet.campus.do(riders_are_gone)
+    assert replaced is not None
+    assert [visit.kind for visit in replaced.payload.visits] == ["rest"]
+    assert (replaced.order_id, replaced.revision) == (before.order_id, before.revision + 1)
+
+
+@pytest.mark.parametrize("on_route", [True, False])
+def test_a_shuttle_that_waits_for_a_section_off_its_route_gets_its_order_again(
+    driven_fleet: FakeFleet, on_route: bool
+) -> None:
+    fleet = driven_fleet
+    vehicle_id = taken(fleet)
+    shuttle = next(s for s in fleet.shuttles if s.vehicle_id == vehicle_id)
+    fleet.run_until(lambda: current(fleet, vehicle_id).state is OrderState.ACCEPTED)
+    before = current(fleet, vehicle_id)
+
+    def wait_and_grant(uow: UnitOfWork) -> None:
+        occupancy = next(o for o in uow.sections.all() if o.vehicle_id == vehicle_id)
+        mine = (*occupancy.held_ids, *occupancy.ahead)
+        other = next(section_id for section_id in fleet.network.sections if section_id not in mine)
+        waiting_for = occupancy.ahead[0] if on_route else other
+        uow.vehicles.save_position(
+            vehicle_id,
+            msgspec.structs.replace(
+                shuttle.status(),
+                waiting_for=waiting_for,
+                speed_mps=0.0,
+                order_id=before.order_id,
+                revision=before.revision,
+            ),
+        )
+        sections.extend_grants(uow)
+
+    fleet.campus.do(wait_and_grant)
+    assert current(fleet, vehicle_id).revision == before.revision + (0 if on_route else 1)
