@@ -97,6 +97,8 @@ def poison(server: ServerUnderTest, **columns: object) -> None:
     """Change rows as a former version of the server could have left them, and read them as after a start."""
 
     def work(uow: UnitOfWork) -> None:
+        # A transaction that has not said that it writes is rolled back.
+        uow.rides._require_lock()  # type: ignore[attr-defined]
         connection = uow.rides._connection  # type: ignore[attr-defined]
         for table in (tables.vehicles, tables.whereabouts):
             values = {name: value for name, value in columns.items() if name in table.c}
