@@ -1,24 +1,29 @@
-"""Through recorded crowds: `python -m benchmarks.crowd DIR [--json F] [--traces DIR] [--logs DIR]`.
+"""Through recorded crowds: `python -m benchmarks.crowd DIR [--people aware] [--json F] [--traces DIR]`.
 
-DIR holds drone recordings of cars among students. Every car that drove (mean of 0.5 m/s and more) is a run:
-the shuttle drives that car's path among the recorded people and other cars. It begins with the car's
-position, time and speed; its speed limit is the car's maximum in the clip. The people do not see the shuttle.
-A front contact while moving faster than 0.3 m/s counts, and a run that takes more than twice the human's time
-is a failure. The human's drive is evaluated by the same rule, with the shuttle's outline.
+DIR holds drone recordings of cars among people. Every drive of a car forwards (mean of 0.5 m/s and more) is a
+run: the shuttle drives that car's path among the recorded people and other cars. It begins with the car's
+position, time and speed; its speed limit is the car's maximum in the drive. A front contact while moving
+faster than 0.3 m/s counts, and a run that takes more than twice the human's time is a failure. The human's
+drive is evaluated by the same rule, with the shuttle's outline.
+
+The people are recorded. By default they see nothing, as the adversarial case. With `--people aware` they heed
+the shuttle as they heeded the car; how well they then reproduce their recorded ways is printed.
 """
 
 import argparse
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
-from campusloop.scenes.crowd_clips import ClipRun, clip_runs
+from campusloop.scenes.crowd_clips import PEOPLE, ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
 from campusloop.scenes.stacks import profile_of
-from simulator.traffic.recordings import RecordingError, drone_clips
+from simulator.traffic.aware.reproduction import Reproduction
+from simulator.traffic.recordings import Clip, RecordingError, drone_clips
 from vehicle_agent.config import ProfileError
 
 
@@ -32,21 +37,40 @@ def main() -> None:
         profiles = {stack: profile_of(stack) for stack in arguments.stacks.split(",")}
     except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
+    for clip in clips:
+        print(_recording_line(clip), flush=True)
     rows: list[Row] = []
+    reproductions: list[Reproduction] = []
     for stack, profile in profiles.items():
         for clip in clips:
-            for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed)):
+            for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed, arguments.people)):
                 run = SceneDrive(clip_run.scene, logs.of(clip_run.scene.name)).run()
                 if arguments.traces is not None:
                     run.trace.write(arguments.traces / stack, clip_run.scene.name)
                 rows.append(_row(stack, clip.name, number, clip_run, run))
                 print(_line(rows[-1]), flush=True)
+                if arguments.people == "aware":
+                    reproductions.append(clip_run.reproduction(clip, profile.body))
     report.write(
         arguments.json,
         "crowd",
-        {"folder": str(arguments.folder), "stacks": arguments.stacks, "seed": arguments.seed},
+        {
+            "folder": str(arguments.folder),
+            "stacks": arguments.stacks,
+            "people": arguments.people,
+            "seed": arguments.seed,
+        },
         rows,
-        summary(rows),
+        summary(rows) | people_summary(rows, reproductions),
+    )
+
+
+def _recording_line(clip: Clip) -> str:
+    people = sum(not track.is_driven for track in clip.tracks)
+    done = clip.repairs
+    return (
+        f"{clip.name}: {clip.fps:.2f} frames/s, {people} people, {len(clip.cars())} cars; "
+        f"{done.bridged_gaps} gaps bridged, {done.cuts} tracks cut, {done.dropped_rows} rows dropped"
     )
 
 
@@ -63,6 +87,12 @@ def _row(stack: str, clip: str, number: int, clip_run: ClipRun, run: SceneRun) -
         "reached": run.time_s is not None,
         "contacts": len(run.metrics.front_contacts),
         "other_contacts": len(run.metrics.other_contacts),
+        "people_removed": len(clip_run.traffic.removed),
+        "people_removed_at": " ".join(
+            f"{number}:({x:.1f},{y:.1f})@{t_s:.1f}s"
+            for number, (t_s, x, y) in clip_run.traffic.removed.items()
+        ),
+        "people_delayed": len(clip_run.traffic.delayed),
         "clearance_m": _finite(run.metrics.clearance_m),
         "human_contacts": len(clip_run.human.front_contacts),
         "human_clearance_m": _finite(clip_run.human.clearance_m),
@@ -71,7 +101,7 @@ def _row(stack: str, clip: str, number: int, clip_run: ClipRun, run: SceneRun) -
     }
 
 
-def summary(rows: list[Row]) -> Row:
+def summary(rows: list[Row]) -> dict[str, float | int | None]:
     """Per stack; every clip and every run counts, a failed one with the time limit as its time."""
     out: dict[str, float | int | None] = {}
     for stack in dict.fromkeys(str(row["stack"]) for row in rows):
@@ -93,6 +123,25 @@ def summary(rows: list[Row]) -> Row:
     return out
 
 
+def people_summary(rows: list[Row], reproductions: Sequence[Reproduction]) -> dict[str, float | int | None]:
+    """Who was taken out of the scenes; of aware people also the mean displacements (`Reproduction`)."""
+    out: dict[str, float | int | None] = {
+        "people.removed": int(sum(_number(row["people_removed"]) for row in rows)),
+        "people.delayed": int(sum(_number(row["people_delayed"]) for row in rows)),
+    }
+    if reproductions:
+        out["people.displacement_m"] = _mean([r.deployed_m for r in reproductions])
+        out["people.population_displacement_m"] = _mean([r.population_m for r in reproductions])
+        out["people.recreated_displacement_m"] = _mean([r.recreated_m for r in reproductions])
+        out["people.unheeding_displacement_m"] = _mean([r.unheeding_m for r in reproductions])
+    return out
+
+
+def _mean(samples: Sequence[np.ndarray]) -> float | None:
+    together = np.concatenate(samples)
+    return float(together.mean()) if len(together) else None
+
+
 def _number(value: object) -> float:
     assert isinstance(value, int | float)
     return float(value)
@@ -103,16 +152,18 @@ def _finite(value: float) -> float | None:
 
 
 def _line(row: Row) -> str:
+    removed = f", removed {row['people_removed_at']}" if row["people_removed"] else ""
     return (
         f"{row['stack']} {row['clip']} {row['run']}: {row['time_s']:.1f} s (human {row['human_s']:.1f}), "
-        f"contacts {row['contacts']}+{row['other_contacts']}, clearance {row['clearance_m']} "
-        f"(human {row['human_clearance_m']}), {row['limited_by']}"
+        f"contacts {row['contacts']}+{row['other_contacts']}, {row['people_removed']} people removed, "
+        f"clearance {row['clearance_m']} (human {row['human_clearance_m']}), {row['limited_by']}{removed}"
     )
 
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="benchmarks.crowd", description=__doc__)
     parser.add_argument("folder", type=Path, help="drone recordings")
+    parser.add_argument("--people", choices=PEOPLE, default="blind", help="whether they heed the shuttle")
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")

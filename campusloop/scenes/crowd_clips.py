@@ -2,22 +2,26 @@
 
 import math
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import msgspec
 import numpy as np
-from scipy.interpolate import make_splrep
 
 from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import extended, path_map
-from contract.geometry import Array, arc_lengths
+from campusloop.scenes.recorded_drives import RecordedDrive, rear_axle_path, recorded_drives
+from contract.geometry import arc_lengths
 from simulator.traffic.actors import Bodies
-from simulator.traffic.recordings import Clip, RecordedTrack
+from simulator.traffic.aware.reproduction import Reproduction, reproduction
+from simulator.traffic.aware.traffic import AwareTraffic
+from simulator.traffic.recordings import CARS_FROM, Clip, RecordedTrack
 from simulator.traffic.replayed import ReplayedTraffic
 from vehicle_agent.config import Body, Profile
 
-# Cars with a lower mean speed are parked or waiting; they are obstacles.
-DRIVING_MPS_MIN = 0.5
+# `blind` people see nothing and walk as recorded; `aware` people heed the shuttle as they heeded the car.
+People = Literal["blind", "aware"]
+PEOPLE: tuple[People, ...] = get_args(People)
 TIMES_HUMAN_MAX = 2.0
 _BEFORE_M, _AFTER_M = 12.0, 30.0
 _WIDTH_M = 4.0
@@ -26,73 +30,79 @@ _LATERAL_MPS2 = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ClipRun:
-    """A scene, and the recorded human drive: its time, maximum speed, and the same contact metrics."""
+    """A scene with its people, and the recorded human drive evaluated by the same contact metrics."""
 
     scene: Scene
-    human_time_s: float
-    human_max_mps: float
+    traffic: ReplayedTraffic | AwareTraffic
+    drive: RecordedDrive
     human: ContactMetrics
 
+    @property
+    def human_time_s(self) -> float:
+        return self.drive.time_s
 
-def clip_runs(clip: Clip, profile: Profile, seed: int) -> list[ClipRun]:
-    """One run for each driving car of the clip; the speed limit is the car's own maximum."""
-    runs = []
-    for car in clip.cars():
-        if car.mean_speed_mps >= DRIVING_MPS_MIN:
-            runs.append(_run(clip, car, profile, seed))
-    return runs
+    @property
+    def human_max_mps(self) -> float:
+        return self.drive.speed_mps_max
+
+    def reproduction(self, clip: Clip, body: Body) -> Reproduction:
+        """How people of the model walk with the car's own motion in the shuttle's place."""
+        half_m = 0.5 * body.length_m
+        return reproduction(clip, self.drive.car, (half_m, half_m, 0.5 * body.width_m))
 
 
-def _run(clip: Clip, car: RecordedTrack, profile: Profile, seed: int) -> ClipRun:
-    body = profile.body
-    path = rear_axle_path(car, body)
+def clip_runs(clip: Clip, profile: Profile, seed: int, people: People = "blind") -> list[ClipRun]:
+    """One run for each recorded drive of the clip; the speed limit is the car's own maximum."""
+    return [
+        _run(
+            clip,
+            drive,
+            f"{clip.name}-car{car.number - CARS_FROM}{f'-drive{k}' if k else ''}",
+            profile,
+            seed,
+            people,
+        )
+        for car in clip.cars()
+        for k, drive in enumerate(recorded_drives(car))
+    ]
+
+
+def _run(clip: Clip, drive: RecordedDrive, name: str, profile: Profile, seed: int, people: People) -> ClipRun:
+    body, car = profile.body, drive.car
+    path = rear_axle_path(drive, body)
     whole = extended(path, _BEFORE_M, _AFTER_M)
-    speeds = np.hypot(car.states[:, 3], car.states[:, 4])
-    cap_mps = float(speeds.max())
+    cap_mps = drive.speed_mps_max
     limits = msgspec.structs.replace(
         profile.limits,
         speed_mps_max=cap_mps,
         lateral_accel_mps2_max=max(profile.limits.lateral_accel_mps2_max, _LATERAL_MPS2),
     )
-    human_time_s = float(car.times_s[-1] - car.times_s[0])
-    name = f"{clip.name}-car{car.number % 100_000}"
     length_m = float(arc_lengths(path)[-1])
     before_m = math.ceil(_BEFORE_M)
+    kind = AwareTraffic if people == "aware" else ReplayedTraffic
+    traffic = kind(clip, float(car.times_s[0]), _pieces(clip, car))
     scene = Scene(
         name=name,
         road_map=path_map(name, whole, width_m=_WIDTH_M, speed_limit_mps=cap_mps),
         profile=msgspec.structs.replace(profile, limits=limits),
         start_s_m=float(before_m),
-        start_mps=float(speeds[0]),
+        start_mps=float(np.hypot(car.states[0, 3], car.states[0, 4])),
         goal_s_m=before_m + length_m,
-        limit_s=TIMES_HUMAN_MAX * human_time_s,
+        limit_s=TIMES_HUMAN_MAX * drive.time_s,
         seed=seed,
-        actors=ReplayedTraffic(clip, float(car.times_s[0]), frozenset({car.number})),
+        actors=traffic,
     )
-    return ClipRun(scene, human_time_s, cap_mps, _human(clip, car, body))
+    return ClipRun(scene, traffic, drive, _human(clip, car, body))
 
 
-def rear_axle_path(car: RecordedTrack, body: Body) -> Array:
-    """(n, 2) path of the shuttle's rear axle when its centre follows the car's centre.
-
-    Smoothed to the recording's noise of some centimetres, with a point every half metre.
-    """
-    back_m = 0.5 * body.length_m - body.rear_overhang_m
-    yaw = car.states[:, 2]
-    rear = car.states[:, :2] - back_m * np.column_stack((np.cos(yaw), np.sin(yaw)))
-    s = arc_lengths(np.ascontiguousarray(rear))
-    moved = np.concatenate(([True], np.diff(s) > 1e-4))
-    s, rear = s[moved], rear[moved]
-    noise_m = 0.04
-    splines = [make_splrep(s, rear[:, k], k=3, s=len(s) * noise_m**2) for k in (0, 1)]
-    at = np.linspace(0.0, s[-1], max(3, math.ceil(s[-1] / 0.5) + 1))
-    path: Array = np.column_stack([spline(at) for spline in splines])
-    return path
+def _pieces(clip: Clip, car: RecordedTrack) -> frozenset[int]:
+    """The numbers of the car's tracks: several if its recording breaks off in between."""
+    return frozenset(other.number for other in clip.cars() if other.recorded_id == car.recorded_id)
 
 
 def _human(clip: Clip, car: RecordedTrack, body: Body) -> ContactMetrics:
     """The contact metrics of the recorded drive, with the shuttle's outline about the car's centre."""
-    others = ReplayedTraffic(clip, float(car.times_s[0]), frozenset({car.number}))
+    others = ReplayedTraffic(clip, float(car.times_s[0]), _pieces(clip, car))
     back_m = 0.5 * body.length_m - body.rear_overhang_m
     rows, agents = [], list[Bodies]()
     for t, (x, y, yaw, vx, vy) in zip(car.times_s, car.states, strict=True):

@@ -18,6 +18,8 @@ class ReplayedTraffic:
 
     appear_m  tracks that begin nearer than this to a vehicle are left out: when a recording is moved to
               another place, a track may begin in front of a bumper
+    removed   number -> (time_s, x, y) of each track that was left out so
+    delayed   none: recorded people are on time
     """
 
     def __init__(
@@ -25,7 +27,8 @@ class ReplayedTraffic:
     ) -> None:
         self.clock_s = from_s
         self._appear_m = appear_m
-        self._away: set[int] = set()
+        self.removed: dict[int, tuple[float, float, float]] = {}
+        self.delayed: set[int] = set()
         self.hold = False
         self._ends_s = clip.ends_s
         self._tracks = tuple(track for track in clip.tracks if track.number not in without)
@@ -43,7 +46,8 @@ class ReplayedTraffic:
             track = self._tracks[i]
             apart_m = vehicles[:, [V_X, V_Y]] - track.states[0, :2]
             if np.hypot(apart_m[:, 0], apart_m[:, 1]).min() < self._appear_m:
-                self._away.add(track.number)
+                x, y = track.states[0, :2]
+                self.removed[track.number] = (float(track.times_s[0]), float(x), float(y))
 
     def bodies(self) -> Bodies:
         """All bodies that are present now."""
@@ -64,7 +68,7 @@ class ReplayedTraffic:
     def _state(self, track: RecordedTrack) -> Array | None:
         """x, y, yaw, vx, vy now, interpolated between observations; None if the track is not present."""
         t, times = self.clock_s, track.times_s
-        if t < times[0] - _AT_ONCE_S or track.number in self._away:
+        if t < times[0] - _AT_ONCE_S or track.number in self.removed:
             return None
         if t > times[-1]:
             beyond_s = t - float(times[-1])

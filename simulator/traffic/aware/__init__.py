@@ -1,0 +1,1 @@
+"""Recorded people who heed a vehicle."""

@@ -1,0 +1,259 @@
+"""How each person goes on: on the own way, more slowly, waiting, or beside it."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contract.geometry import Array, BoolArray
+from simulator.traffic.actors import Ints
+from simulator.traffic.aware.conflict import (
+    PREDICTION_STEP_S,
+    PREDICTIONS,
+    clearance_m,
+    first_conflict,
+    in_frame,
+    predicted_poses,
+)
+from simulator.traffic.aware.ways import place_at
+from simulator.traffic.crowd import RADIUS_M, V_FRONT, V_HALF, V_REAR, V_SPEED, V_X
+
+# columns of a person
+OWN_S, PACE, OFFSET_X, OFFSET_Y, TARGET_PACE, TARGET_X, TARGET_Y = range(7)
+STATE_COLUMNS = 7
+# columns of the parameters
+P_MARGIN, P_NOTICE, P_DECEL, P_SIDESTEP, P_COST = range(5)
+# columns of a person's own limits
+L_MARGIN, L_NOTICE = range(2)
+
+STANDING_MPS = 0.3
+# People heed a standing vehicle this long before they would walk into it, even if they heed no moving one.
+_STANDING_NOTICE_S = 0.6
+# A reaction ends when nothing would happen for this much longer.
+_RELEASE_S = 0.4
+_OWN_SPEED_S = 0.5
+_OWN_MPS_MIN = 0.5
+_MOVING_OFFSET_M_MAX = 1.6
+_STANDING_OFFSET_M_MAX = 5.0
+_CLEAR_M = 0.03
+_NOWHERE = 1e9
+
+
+@njit(cache=True)
+def step_people(
+    state: Array,
+    present: BoolArray,
+    places: Array,
+    first: Ints,
+    count: Ints,
+    begins_s: Array,
+    ends_mps: Array,
+    limits: Array,
+    params: Array,
+    vehicles: Array,
+    yaw_rates_radps: Array,
+    decide: bool,
+    dt: float,
+) -> None:
+    """Move everyone who is present by dt, in place.
+
+    state (n, STATE_COLUMNS), present (n,); places, first, count, begins_s, ends_mps: `OwnWays`
+    limits (n, 2): each person's margin_m and notice_s; params: `ReactionParams.row`
+    vehicles (m, 7) as in `traffic.crowd`, yaw_rates_radps (m,)
+    decide: whether people look again; between that they go on as decided
+    """
+    poses = predicted_poses(vehicles, yaw_rates_radps)
+    for i in range(state.shape[0]):
+        if not present[i]:
+            continue
+        way = (first[i], count[i], begins_s[i])
+        if decide:
+            _decide(state[i], places, way, ends_mps[i], limits[i], params, vehicles, poses)
+        _move(state[i], places, way, ends_mps[i], params, vehicles, poses, dt)
+
+
+@njit(cache=True)
+def own_speed_mps(state: Array, places: Array, way: tuple[int, int, float], ends_mps: Array) -> float:
+    """The speed of the own way, mean over the next half second."""
+    x0, y0 = place_at(places, way[0], way[1], way[2], ends_mps, state[OWN_S])
+    x1, y1 = place_at(places, way[0], way[1], way[2], ends_mps, state[OWN_S] + _OWN_SPEED_S)
+    return math.hypot(x1 - x0, y1 - y0) / _OWN_SPEED_S
+
+
+@njit(cache=True)
+def predict(
+    out: Array,
+    state: Array,
+    places: Array,
+    way: tuple[int, int, float],
+    ends_mps: Array,
+    pace: float,
+    offset: tuple[float, float],
+    ramp_ps: float,
+    sidestep_mps: float,
+) -> None:
+    """Fill out (PREDICTIONS, 2): the way with a pace and an offset that are approached at their rates."""
+    own_s, p, ex, ey = state[OWN_S], state[PACE], state[OFFSET_X], state[OFFSET_Y]
+    for k in range(PREDICTIONS):
+        x, y = place_at(places, way[0], way[1], way[2], ends_mps, own_s)
+        out[k, 0], out[k, 1] = x + ex, y + ey
+        p = _approach(p, pace, ramp_ps * PREDICTION_STEP_S)
+        own_s += p * PREDICTION_STEP_S
+        ex, ey = _approach_place(ex, ey, offset[0], offset[1], sidestep_mps * PREDICTION_STEP_S)
+
+
+@njit(cache=True)
+def _approach(value: float, target: float, step: float) -> float:
+    return min(target, value + step) if value < target else max(target, value - step)
+
+
+@njit(cache=True)
+def _approach_place(x: float, y: float, tx: float, ty: float, step: float) -> tuple[float, float]:
+    gap = math.hypot(tx - x, ty - y)
+    if gap <= step:
+        return tx, ty
+    return x + (tx - x) * step / gap, y + (ty - y) * step / gap
+
+
+@njit(cache=True)
+def _decide(
+    state: Array,
+    places: Array,
+    way: tuple[int, int, float],
+    ends_mps: Array,
+    limits: Array,
+    params: Array,
+    vehicles: Array,
+    poses: Array,
+) -> None:
+    """Set the targets: the cheapest of the options that bring no conflict within notice, else the safest."""
+    ramp_ps = params[P_DECEL] / max(_OWN_MPS_MIN, own_speed_mps(state, places, way, ends_mps))
+    here = (state[OFFSET_X], state[OFFSET_Y])
+    reacting = state[TARGET_PACE] < 1.0 or math.hypot(state[TARGET_X], state[TARGET_Y]) > 0.0
+    track = np.empty((PREDICTIONS, 2))
+    predict(track, state, places, way, ends_mps, 1.0, (0.0, 0.0), ramp_ps, params[P_SIDESTEP])
+    spare_s, j, k = _spare_s(track, limits, params, vehicles, poses)
+    if spare_s >= (_RELEASE_S if reacting else 0.0):
+        state[TARGET_PACE], state[TARGET_X], state[TARGET_Y] = 1.0, 0.0, 0.0
+        return
+    options = _options(here, track, j, k, limits[L_MARGIN], vehicles, poses)
+    best, best_cost, best_spare_s = 0, math.inf, -math.inf
+    for o in range(options.shape[0]):
+        pace, offset = options[o, 0], (options[o, 1], options[o, 2])
+        if offset[0] > 0.5 * _NOWHERE:
+            continue
+        predict(track, state, places, way, ends_mps, pace, offset, ramp_ps, params[P_SIDESTEP])
+        spare_s, _, _ = _spare_s(track, limits, params, vehicles, poses)
+        cost = 1.0 - pace + params[P_COST] * math.hypot(offset[0] - here[0], offset[1] - here[1])
+        spare_s = min(spare_s, 0.0)
+        if spare_s > best_spare_s + 1e-9 or (spare_s > best_spare_s - 1e-9 and cost < best_cost):
+            best, best_cost, best_spare_s = o, cost, spare_s
+    state[TARGET_PACE] = options[best, 0]
+    state[TARGET_X], state[TARGET_Y] = options[best, 1], options[best, 2]
+
+
+@njit(cache=True)
+def _spare_s(
+    track: Array, limits: Array, params: Array, vehicles: Array, poses: Array
+) -> tuple[float, int, int]:
+    """(time from when the person would react until the first conflict, its vehicle, its step).
+
+    Negative: the conflict is within notice. Without a conflict the whole prediction is spare.
+    """
+    spare_s, vehicle, step = math.inf, -1, PREDICTIONS
+    for j in range(vehicles.shape[0]):
+        k, _ = first_conflict(track, vehicles[j], poses[j], limits[L_MARGIN])
+        notice_s = limits[L_NOTICE]
+        if abs(vehicles[j, V_SPEED]) < STANDING_MPS:
+            notice_s = max(notice_s, _STANDING_NOTICE_S)
+        left_s = k * PREDICTION_STEP_S - notice_s if k < PREDICTIONS else math.inf
+        if left_s < spare_s:
+            spare_s, vehicle, step = left_s, j, k
+    return spare_s, vehicle, step
+
+
+@njit(cache=True)
+def _options(
+    here: tuple[float, float],
+    track: Array,
+    j: int,
+    k: int,
+    margin_m: float,
+    vehicles: Array,
+    poses: Array,
+) -> Array:
+    """(12, 3) pace and offset of each option; an offset of _NOWHERE where an option is no option.
+
+    Going on beside the way, more slowly, or not at all; and sidesteps to both sides of the vehicle, and
+    around both ends of a standing one, walking on or waiting meanwhile.
+    """
+    out = np.full((12, 3), _NOWHERE)
+    for o in range(4):
+        out[o, 0], out[o, 1], out[o, 2] = 1.0 - o / 3.0, here[0], here[1]
+    pose, vehicle = poses[j, k], vehicles[j]
+    u, v = in_frame(track[k, 0], track[k, 1], pose)
+    apart_m = RADIUS_M + margin_m + _CLEAR_M
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    standing = abs(vehicle[V_SPEED]) < STANDING_MPS
+    longest_m = _STANDING_OFFSET_M_MAX if standing else _MOVING_OFFSET_M_MAX
+    for side in range(4):
+        if side < 2:
+            sign = 1.0 if side == 0 else -1.0
+            way_m = vehicle[V_HALF] + apart_m - sign * v
+            dx, dy = -sin * sign, cos * sign
+        else:
+            if not standing:
+                continue
+            sign = 1.0 if side == 2 else -1.0
+            way_m = (vehicle[V_FRONT] if side == 2 else vehicle[V_REAR]) + apart_m - sign * u
+            dx, dy = cos * sign, sin * sign
+        if way_m <= 0.0:
+            continue
+        ex, ey = here[0] + way_m * dx, here[1] + way_m * dy
+        if math.hypot(ex, ey) > longest_m:
+            continue
+        for waiting in range(2):
+            o = 4 + 2 * side + waiting
+            out[o, 0], out[o, 1], out[o, 2] = 1.0 - waiting, ex, ey
+    return out
+
+
+@njit(cache=True)
+def _move(
+    state: Array,
+    places: Array,
+    way: tuple[int, int, float],
+    ends_mps: Array,
+    params: Array,
+    vehicles: Array,
+    poses: Array,
+    dt: float,
+) -> None:
+    """One step towards the targets. No one walks into a body, but a body may come to a person."""
+    ramp_ps = params[P_DECEL] / max(_OWN_MPS_MIN, own_speed_mps(state, places, way, ends_mps))
+    own_s, ex, ey = state[OWN_S], state[OFFSET_X], state[OFFSET_Y]
+    x0, y0 = place_at(places, way[0], way[1], way[2], ends_mps, own_s)
+    state[PACE] = _approach(state[PACE], state[TARGET_PACE], ramp_ps * dt)
+    fx, fy = _approach_place(ex, ey, state[TARGET_X], state[TARGET_Y], params[P_SIDESTEP] * dt)
+    for attempt in range(3):
+        pace = 0.0 if attempt > 0 else state[PACE]
+        gx, gy = (ex, ey) if attempt == 2 else (fx, fy)
+        x1, y1 = place_at(places, way[0], way[1], way[2], ends_mps, own_s + pace * dt)
+        if attempt == 2 or not _walks_into(x0 + ex, y0 + ey, x1 + gx, y1 + gy, vehicles, poses):
+            state[OWN_S] = own_s + pace * dt
+            state[OFFSET_X], state[OFFSET_Y] = gx, gy
+            if attempt > 0:
+                state[PACE] = 0.0
+            return
+
+
+@njit(cache=True)
+def _walks_into(x0: float, y0: float, x1: float, y1: float, vehicles: Array, poses: Array) -> bool:
+    """The step ends in a body and leads deeper into it."""
+    for j in range(vehicles.shape[0]):
+        if math.hypot(x1 - vehicles[j, V_X], y1 - vehicles[j, V_X + 1]) > 10.0:
+            continue
+        after_m = clearance_m(x1, y1, poses[j, 0], vehicles[j])
+        if after_m < 0.0 and after_m < clearance_m(x0, y0, poses[j, 0], vehicles[j]) - 1e-9:
+            return True
+    return False
