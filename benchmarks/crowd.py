@@ -163,7 +163,7 @@ def _line(row: Row) -> str:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="benchmarks.crowd", description=__doc__)
     parser.add_argument("folder", type=Path, help="drone recordings")
-    parser.add_argument("--people", choices=PEOPLE, default="blind", help="whether they heed the shuttle")
+    parser.add_argument("--people", choices=PEOPLE, default="recorded", help="whether they heed the shuttle")
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")

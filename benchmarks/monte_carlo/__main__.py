@@ -93,6 +93,7 @@ def summary(rows: list[Row]) -> Row:
         out[f"{stack}.reached"] = sum(bool(row["reached"]) for row in mine)
         out[f"{stack}.mean_mps"] = float(np.mean([_number(row["mean_mps"]) for row in mine]))
         out[f"{stack}.clearance_median_m"] = float(np.median(clear)) if clear else None
+    out["people.removed"] = int(sum(_number(row["people_removed"]) for row in rows))
     return out
 
 
@@ -105,7 +106,8 @@ def _line(row: Row) -> str:
     return (
         f"{row['stack']} seed {row['seed']} {row['path']} {row['crowd']} {row['people_per_100m2']:.1f}: "
         f"{row['driven_m']:.0f} m in {row['time_s']:.0f} s, "
-        f"contacts {row['contacts']}+{row['other_contacts']}, stalls {row['stalls']}, {row['limited_by']}"
+        f"contacts {row['contacts']}+{row['other_contacts']}, {row['people_removed']} people removed, "
+        f"stalls {row['stalls']}, {row['limited_by']}"
     )
 
 

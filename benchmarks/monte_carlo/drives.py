@@ -54,6 +54,7 @@ def drive(job: MonteCarloDrive) -> Row:
         "reached": run.time_s is not None,
         "contacts": len(metrics.front_contacts),
         "other_contacts": len(metrics.other_contacts),
+        "people_removed": drawn.removed,
         "clearance_m": metrics.clearance_m if np.isfinite(metrics.clearance_m) else None,
         "mean_mps": mean_mps,
         "free_mps": free_mps,

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from benchmarks.people.distributions import Encounters, aware_encounters, joined, recorded_encounters
-from benchmarks.people.fitting import fitted, loss_m
+from benchmarks.people.fitting import fitted, loss_m, people_met
 from benchmarks.people.plots import plot_distributions
 from benchmarks.people.samples import Drive, drives_of, outline
 from benchmarks.reporting.report import Row, RunReport
@@ -65,7 +65,9 @@ def main() -> None:
     )
 
 
-def _measured(name: str, drives: Sequence[Drive], params: ReactionParams) -> tuple[Row, tuple[Encounters, Encounters]]:
+def _measured(
+    name: str, drives: Sequence[Drive], params: ReactionParams
+) -> tuple[Row, tuple[Encounters, Encounters]]:
     """The row of one part, and its recorded and simulated encounters."""
     reproductions = [reproduction(drive.clip, drive.car, outline(drive.car), params) for drive in drives]
     recorded, unheeding, aware = [], [], []
@@ -78,8 +80,8 @@ def _measured(name: str, drives: Sequence[Drive], params: ReactionParams) -> tup
     row: dict[str, float | int | str | None] = {
         "part": name,
         "drives": len(drives),
-        "loss_m": loss_m(drives, params),
-        "loss_unheeding_m": loss_m(drives, params, heeding=False),
+        "loss_m": loss_m(people_met(drives), params),
+        "loss_unheeding_m": loss_m(people_met(drives), params, heeding=False),
     }
     for key in ("deployed_m", "population_m", "recreated_m", "unheeding_m"):
         row[f"displacement_{key}"] = _mean(reproductions, key)

@@ -22,6 +22,8 @@ _SLOW_RATIO = 0.7
 _WALKING_MPS = 0.5
 # Samples around the moment, in which the person slows down.
 _REACTION = 15
+# A person who has walked into the body of a vehicle stops at once.
+_TOUCHING_M = 0.05
 _DRIVING_MPS = 0.5
 
 
@@ -80,7 +82,8 @@ def _encounters(places: Array, walk: Walk, slow: BoolArray, speeds: Array) -> En
             continue
         of_onset.append(float(ahead_s[slowed[0], i]))
         near = slice(max(0, slowed[0] - _REACTION), slowed[0] + _REACTION)
-        known = decels[near, i][np.isfinite(decels[near, i])]
+        apart = np.isfinite(decels[near, i]) & (clearance_m[near, i] > _TOUCHING_M)
+        known = decels[near, i][apart]
         if len(known):
             of_decel.append(float(known.max()))
     return Encounters(np.array(of_decel), np.array(of_onset), np.array(of_gap))
@@ -95,7 +98,9 @@ def _relations(places: Array, walk: Walk) -> tuple[BoolArray, Array, Array]:
     speed = np.abs(row[..., V_SPEED])
     beyond = u - row[..., V_FRONT]
     beside = np.abs(v) - row[..., V_HALF]
-    in_way = (beside < BESIDE_M) & (u > -row[..., V_REAR]) & (beyond < np.maximum(AHEAD_M_MIN, AHEAD_S * speed))
+    in_way = (
+        (beside < BESIDE_M) & (u > -row[..., V_REAR]) & (beyond < np.maximum(AHEAD_M_MIN, AHEAD_S * speed))
+    )
     ahead_s = np.maximum(beyond, 0.0) / np.maximum(speed, 0.1)
     du, dv = np.maximum(beyond, -row[..., V_REAR] - u), beside
     apart = np.where((du > 0.0) & (dv > 0.0), np.hypot(du, dv), np.maximum(du, dv)) - RADIUS_M

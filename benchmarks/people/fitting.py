@@ -1,5 +1,6 @@
 """The fit of the people's reaction to recordings: random search, and the mean of the best tenth.
 
+Their deceleration is not searched: it is the median of the recorded people who slowed down in a car's way.
 The loss of a set of parameters is the mean over people in a car's way of their mean displacement from the
 recording, on desired ways. Free speeds are not known: the best of three percentiles of a person's own speeds
 counts, for every set alike. The landscape is flat and rough around its minimum, so the minimum itself would
@@ -10,17 +11,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from benchmarks.people.distributions import recorded_encounters
 from benchmarks.people.samples import Drive, outline
 from contract.geometry import Array
 from simulator.traffic.aware.params import ReactionParams
-from simulator.traffic.aware.reproduction import Walk, recreations
+from simulator.traffic.aware.reproduction import MetPeople, Walk, met_people, walk
+from simulator.traffic.aware.ways import own_ways
 
 FREE_PERCENTILES = (55.0, 70.0, 85.0)
 # Where each parameter is searched.
 RANGES = {
     "margin_m": (0.05, 0.8),
     "notice_s": (0.8, 3.2),
-    "decel_mps2": (0.4, 2.5),
     "sidestep_mps": (0.2, 1.2),
     "sidestep_cost": (0.2, 2.0),
 }
@@ -30,29 +32,48 @@ _BEST_SHARE = 0.1
 
 def fitted(drives: Sequence[Drive], tries: int, seed: int, tell: Callable[[str], None]) -> ReactionParams:
     """The mean of the best tenth of `tries` random sets of parameters."""
+    decel_mps2, met = recorded_decel_mps2(drives), people_met(drives)
     rng = np.random.default_rng([seed, *b"people"])
-    sets = np.column_stack([rng.uniform(low, high, tries) for low, high in RANGES.values()])
+    low, high = np.array(list(RANGES.values())).T
+    sets = rng.uniform(low, high, (tries, len(RANGES)))
     losses = np.empty(tries)
     for k, row in enumerate(sets):
-        losses[k] = loss_m(drives, _params(row))
+        losses[k] = loss_m(met, _params(row, decel_mps2))
         tell(f"{k + 1} of {tries}: {losses[k]:.4f} m, least {losses[: k + 1].min():.4f} m")
     best = np.argsort(losses, kind="stable")[: max(1, round(_BEST_SHARE * tries))]
-    return _params(sets[best].mean(axis=0))
+    return _params(sets[best].mean(axis=0), decel_mps2)
 
 
-def _params(row: Array) -> ReactionParams:
-    return ReactionParams(**{name: float(value) for name, value in zip(RANGES, row, strict=True)})
+def people_met(drives: Sequence[Drive]) -> list[list[MetPeople]]:
+    """For each drive that met someone, its people at each of FREE_PERCENTILES."""
+    found = [[met_people(drive.clip, drive.car, p) for p in FREE_PERCENTILES] for drive in drives]
+    return [each for each in found if each[0].people]
 
 
-def loss_m(drives: Sequence[Drive], params: ReactionParams, heeding: bool = True) -> float:
-    """The loss, or with heeding False that of people who heed nothing."""
-    losses: list[Array] = []
+def _params(row: Array, decel_mps2: float) -> ReactionParams:
+    searched = {name: float(value) for name, value in zip(RANGES, row, strict=True)}
+    return ReactionParams(decel_mps2=decel_mps2, **searched)
+
+
+def recorded_decel_mps2(drives: Sequence[Drive]) -> float:
+    """The median of the hardest decelerations of recorded people who slowed down in a car's way."""
+    found = []
     for drive in drives:
         people = [track for track in drive.clip.tracks if not track.is_driven]
-        tried = []
-        for percentile in FREE_PERCENTILES:
-            walks = recreations(people, drive.car, drive.clip.ends_s, outline(drive.car), params, percentile)
-            tried.append(_of_each_m(walks[0] if heeding else walks[1]))
+        ways = own_ways([(person.times_s, person.states) for person in people])
+        params = ReactionParams()
+        limits = params.limits(len(people))
+        alone = walk(people, ways, limits, params, drive.car, drive.clip.ends_s, None)
+        found.append(recorded_encounters(people, alone).decels_mps2)
+    return float(np.median(np.concatenate(found)))
+
+
+def loss_m(met: Sequence[Sequence[MetPeople]], params: ReactionParams, heeding: bool = True) -> float:
+    """The loss, or with heeding False that of people who heed nothing."""
+    losses = []
+    for at_percentiles in met:
+        shown = outline(at_percentiles[0].car) if heeding else None
+        tried = [_of_each_m(people.walk(params, shown)) for people in at_percentiles]
         losses.append(np.min(tried, axis=0))
     return float(np.mean(np.minimum(np.concatenate(losses), _DISPLACEMENT_M_MAX)))
 

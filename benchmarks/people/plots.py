@@ -21,7 +21,10 @@ def plot_distributions(path: Path, parts: Mapping[str, tuple[Encounters, Encount
     axes = figure.subplots(len(parts), len(_MEASURES), squeeze=False)
     for row, (name, (recorded, aware)) in zip(axes, parts.items(), strict=True):
         for axis, (measure, label, limits) in zip(row, _MEASURES, strict=True):
-            for found, colour, legend in ((recorded, "0.45", "recorded"), (aware, "C0", "model, car shifted")):
+            for found, colour, legend in (
+                (recorded, "0.45", "recorded"),
+                (aware, "C0", "model, car shifted"),
+            ):
                 values = np.sort(getattr(found, measure))
                 shares = np.arange(1, len(values) + 1) / max(1, len(values))
                 axis.step(values, shares, where="post", color=colour, label=f"{legend} ({len(values)})")

@@ -19,8 +19,8 @@ from simulator.traffic.recordings import CARS_FROM, Clip, RecordedTrack
 from simulator.traffic.replayed import ReplayedTraffic
 from vehicle_agent.config import Body, Profile
 
-# `blind` people see nothing and walk as recorded; `aware` people heed the shuttle as they heeded the car.
-People = Literal["blind", "aware"]
+# `recorded` people see nothing; `aware` people heed the shuttle as they heeded the car.
+People = Literal["recorded", "aware"]
 PEOPLE: tuple[People, ...] = get_args(People)
 TIMES_HUMAN_MAX = 2.0
 _BEFORE_M, _AFTER_M = 12.0, 30.0
@@ -51,7 +51,7 @@ class ClipRun:
         return reproduction(clip, self.drive.car, (half_m, half_m, 0.5 * body.width_m))
 
 
-def clip_runs(clip: Clip, profile: Profile, seed: int, people: People = "blind") -> list[ClipRun]:
+def clip_runs(clip: Clip, profile: Profile, seed: int, people: People = "recorded") -> list[ClipRun]:
     """One run for each recorded drive of the clip; the speed limit is the car's own maximum."""
     return [
         _run(

@@ -45,16 +45,28 @@ class SceneSources:
 
 @dataclass(frozen=True, slots=True)
 class RandomScene:
-    """A scene with its parameters. people_per_100m2: as drawn, or the recording's average."""
+    """A scene with its parameters.
+
+    people_per_100m2  as drawn, or the recording's average
+    removed_at_start  recorded people who were left out, since they would appear beside the shuttle
+    """
 
     scene: Scene
     path: str
     crowd: str
     people_per_100m2: float
+    removed_at_start: int = 0
 
     @property
     def is_sparse(self) -> bool:
         return self.people_per_100m2 <= SPARSE_PER_100M2
+
+    @property
+    def removed(self) -> int:
+        """Recorded people who were taken out of the scene so far, at the start and by `appear_m`."""
+        actors = self.scene.actors
+        appeared = len(actors.removed) if isinstance(actors, ReplayedTraffic) else 0
+        return self.removed_at_start + appeared
 
     def without_people(self) -> Scene:
         return replace(self.scene, actors=None)
@@ -95,7 +107,7 @@ def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
         dropout_ratio=float(rng.uniform(0.0, 0.1)),
         latency_ns=round(float(rng.uniform(0.06, 0.14)) * 1e9),
     )
-    crowd_name, density, actors = _crowd(found, points, seed, rng)
+    crowd_name, density, removed, actors = _crowd(found, points, seed, rng)
     name = f"run-{seed:06d}"
     scene = Scene(
         name=name,
@@ -109,7 +121,7 @@ def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
         actors=actors(),
         options=WorldOptions(traffic=None, tracker=noise),
     )
-    return RandomScene(scene, path_name, crowd_name, density)
+    return RandomScene(scene, path_name, crowd_name, density, removed)
 
 
 def _path(found: SceneSources, rng: np.random.Generator) -> tuple[str, Array, float]:
@@ -141,24 +153,26 @@ def random_curve(length_m: float, rng: np.random.Generator, radius_m_min: float 
 
 def _crowd(
     found: SceneSources, points: Array, seed: int, rng: np.random.Generator
-) -> tuple[str, float, Callable[[], PausableActors]]:
-    """(description, density, factory of the actors): recorded people, if any, in half of the runs."""
+) -> tuple[str, float, int, Callable[[], PausableActors]]:
+    """(description, density, people removed, factory of the actors): recorded people, if any, in half of the
+    runs."""
     low, high = _PER_100M2
     density = float(low * (high / low) ** rng.random())
     attentive = float(rng.uniform(0.6, 1.0))
     if found.clips and rng.random() < 0.5:
         clip = found.clips[int(rng.integers(len(found.clips)))]
         from_s = float(rng.uniform(0.0, max(0.0, clip.ends_s - 40.0)))
-        placed, people = _placed(clip, points, rng)
-        placed = _away_from_start(placed, points[0], from_s)
+        everyone, people = _placed(clip, points, rng)
+        placed = _away_from_start(everyone, points[0], from_s)
         area_100m2 = 2.0 * _REACH_M * float(arc_lengths(points)[-1]) / 100.0
         return (
             f"replayed {clip.name}",
             people / area_100m2,
+            len(everyone.tracks) - len(placed.tracks),
             lambda: ReplayedTraffic(placed, from_s, appear_m=_APPEAR_M),
         )
     params = CrowdParams(density, attentive, _REACH_M)
-    return "reactive", density, lambda: SocialCrowd(params, points, seed)
+    return "reactive", density, 0, lambda: SocialCrowd(params, points, seed)
 
 
 def _placed(clip: Clip, points: Array, rng: np.random.Generator) -> tuple[Clip, float]:

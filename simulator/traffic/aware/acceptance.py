@@ -16,6 +16,7 @@ from simulator.traffic.aware.conflict import (
     predicted_poses,
 )
 from simulator.traffic.aware.params import ReactionParams
+from simulator.traffic.aware.reaction import L_MARGIN, L_NOTICE
 from simulator.traffic.aware.ways import WAY_STEP_S, OwnWays, place_at
 from simulator.traffic.crowd import V_SPEED, VEHICLE_COLUMNS
 from simulator.traffic.recordings import RecordedTrack
@@ -52,7 +53,7 @@ def accepted_limits(ways: OwnWays, cars: Sequence[RecordedTrack], params: Reacti
     A person who came nearer to a driving car keeps that margin. One who went on although a conflict was
     nearer in time reacts to the shuttle as late as that.
     """
-    limits = np.tile(np.array((params.margin_m, params.notice_s)), (len(ways.count), 1))
+    limits = params.limits(len(ways.count))
     way = (ways.places, ways.first, ways.count, ways.begins_s, ways.ends_mps)
     looks = []
     for car in cars:
@@ -84,8 +85,8 @@ def _lower_margins(
                 continue
             x, y = place_at(places, first[i], count[i], begins_s[i], ends_mps[i], at_s[k])
             there_m = clearance_m(x, y, rows[k, :3], rows[k])
-            if there_m < limits[i, 0] + _MARGIN_M_MIN:
-                limits[i, 0] = max(_MARGIN_M_MIN, there_m - _MARGIN_M_MIN)
+            if there_m < limits[i, L_MARGIN] + _MARGIN_M_MIN:
+                limits[i, L_MARGIN] = max(_MARGIN_M_MIN, there_m - _MARGIN_M_MIN)
 
 
 @njit(cache=True)
@@ -115,7 +116,7 @@ def _lower_notices(
             for h in range(PREDICTIONS):
                 own_s = at_s[k] + h * PREDICTION_STEP_S
                 track[h] = place_at(places, first[i], count[i], begins_s[i], ends_mps[i], own_s)
-            step, _ = first_conflict(track, rows[k], poses[0], limits[i, 0])
+            step, _ = first_conflict(track, rows[k], poses[0], limits[i, L_MARGIN])
             if step < PREDICTIONS:
                 accepted_s = (step - 0.5) * PREDICTION_STEP_S
-                limits[i, 1] = max(0.0, min(limits[i, 1], accepted_s))
+                limits[i, L_NOTICE] = max(0.0, min(limits[i, L_NOTICE], accepted_s))

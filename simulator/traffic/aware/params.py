@@ -18,12 +18,14 @@ class ReactionParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     margin_m: float = 0.3
     notice_s: float = 2.0
-    decel_mps2: float = 1.0
+    decel_mps2: float = 0.76
     sidestep_mps: float = 0.6
     sidestep_cost: float = 0.6
 
     def row(self) -> Array:
-        """(5,) for the kernels, in the order of the columns in `reaction`."""
-        return np.array(
-            (self.margin_m, self.notice_s, self.decel_mps2, self.sidestep_mps, self.sidestep_cost)
-        )
+        """(3,) for the kernels, in the order of the columns in `reaction`."""
+        return np.array((self.decel_mps2, self.sidestep_mps, self.sidestep_cost))
+
+    def limits(self, count: int) -> Array:
+        """(count, 2) margin_m and notice_s, the same for everyone."""
+        return np.tile(np.array((self.margin_m, self.notice_s)), (count, 1))

@@ -17,7 +17,7 @@ from simulator.traffic.aware.reaction import (
     TARGET_PACE,
     step_people,
 )
-from simulator.traffic.aware.ways import WAY_STEP_S, OwnWays, place_at
+from simulator.traffic.aware.ways import WAY_STEP_S, OwnWays, places_at
 from simulator.traffic.recordings import PERSON_SIZE_M
 from simulator.traffic.replayed import AFTERWARDS_S
 from vehicle_agent.signals import PEDESTRIAN
@@ -107,14 +107,10 @@ class AwarePeople:
 
     def _all_places(self, ahead_s: float = 0.0) -> Array:
         ways = self._ways
-        out = np.empty((len(self._numbers), 2))
-        for i in range(len(out)):
-            out[i] = place_at(
-                ways.places, ways.first[i], ways.count[i], ways.begins_s[i], ways.ends_mps[i],
-                self.state[i, OWN_S] + ahead_s,
-            )  # fmt: skip
-        out += self.state[:, (OFFSET_X, OFFSET_Y)]
-        return out
+        out: Array = places_at(
+            ways.places, ways.first, ways.count, ways.begins_s, ways.ends_mps, self.state[:, OWN_S] + ahead_s
+        )
+        return out + self.state[:, OFFSET_X : OFFSET_Y + 1]
 
     @property
     def places(self) -> Array:

@@ -19,12 +19,13 @@ from simulator.traffic.aware.ways import place_at
 from simulator.traffic.crowd import RADIUS_M, V_FRONT, V_HALF, V_REAR, V_SPEED, V_X
 
 # columns of a person
-OWN_S, PACE, OFFSET_X, OFFSET_Y, TARGET_PACE, TARGET_X, TARGET_Y = range(7)
-STATE_COLUMNS = 7
+OWN_S, PACE, OFFSET_X, OFFSET_Y, SIDE_MPS, TARGET_PACE, TARGET_X, TARGET_Y = range(8)
+STATE_COLUMNS = 8
 # columns of the parameters
-P_MARGIN, P_NOTICE, P_DECEL, P_SIDESTEP, P_COST = range(5)
+P_DECEL, P_SIDESTEP, P_COST = range(3)
 # columns of a person's own limits
 L_MARGIN, L_NOTICE = range(2)
+LIMIT_COLUMNS = 2
 
 STANDING_MPS = 0.3
 # People heed a standing vehicle this long before they would walk into it, even if they heed no moving one.
@@ -33,9 +34,13 @@ _STANDING_NOTICE_S = 0.6
 _RELEASE_S = 0.4
 _OWN_SPEED_S = 0.5
 _OWN_MPS_MIN = 0.5
-_MOVING_OFFSET_M_MAX = 1.6
+_MOVING_OFFSET_M_MAX = 2.0
 _STANDING_OFFSET_M_MAX = 5.0
 _CLEAR_M = 0.03
+_ARRIVED_M = 1e-4
+_DIRECTION_STEPS = 6
+# A sidestep that leads more than this share along the own way is none.
+_ALONG = 0.8
 _NOWHERE = 1e9
 
 
@@ -58,7 +63,7 @@ def step_people(
     """Move everyone who is present by dt, in place.
 
     state (n, STATE_COLUMNS), present (n,); places, first, count, begins_s, ends_mps: `OwnWays`
-    limits (n, 2): each person's margin_m and notice_s; params: `ReactionParams.row`
+    limits (n, LIMIT_COLUMNS): each person's own; params: `ReactionParams.row`
     vehicles (m, 7) as in `traffic.crowd`, yaw_rates_radps (m,)
     decide: whether people look again; between that they go on as decided
     """
@@ -90,16 +95,16 @@ def predict(
     pace: float,
     offset: tuple[float, float],
     ramp_ps: float,
-    sidestep_mps: float,
+    params: Array,
 ) -> None:
     """Fill out (PREDICTIONS, 2): the way with a pace and an offset that are approached at their rates."""
-    own_s, p, ex, ey = state[OWN_S], state[PACE], state[OFFSET_X], state[OFFSET_Y]
+    own_s, p, side = state[OWN_S], state[PACE], (state[OFFSET_X], state[OFFSET_Y], state[SIDE_MPS])
     for k in range(PREDICTIONS):
         x, y = place_at(places, way[0], way[1], way[2], ends_mps, own_s)
-        out[k, 0], out[k, 1] = x + ex, y + ey
+        out[k, 0], out[k, 1] = x + side[0], y + side[1]
         p = _approach(p, pace, ramp_ps * PREDICTION_STEP_S)
         own_s += p * PREDICTION_STEP_S
-        ex, ey = _approach_place(ex, ey, offset[0], offset[1], sidestep_mps * PREDICTION_STEP_S)
+        side = _sidestep(side, offset, params, PREDICTION_STEP_S)
 
 
 @njit(cache=True)
@@ -108,11 +113,16 @@ def _approach(value: float, target: float, step: float) -> float:
 
 
 @njit(cache=True)
-def _approach_place(x: float, y: float, tx: float, ty: float, step: float) -> tuple[float, float]:
-    gap = math.hypot(tx - x, ty - y)
-    if gap <= step:
-        return tx, ty
-    return x + (tx - x) * step / gap, y + (ty - y) * step / gap
+def _sidestep(
+    side: tuple[float, float, float], target: tuple[float, float], params: Array, dt: float
+) -> tuple[float, float, float]:
+    """Offset and speed of a sidestep after dt: it speeds up and slows down as people do on their way."""
+    gap = math.hypot(target[0] - side[0], target[1] - side[1])
+    speed = min(side[2] + params[P_DECEL] * dt, params[P_SIDESTEP], math.sqrt(2.0 * params[P_DECEL] * gap))
+    if gap <= max(speed * dt, _ARRIVED_M):
+        return target[0], target[1], 0.0
+    share = speed * dt / gap
+    return side[0] + (target[0] - side[0]) * share, side[1] + (target[1] - side[1]) * share, speed
 
 
 @njit(cache=True)
@@ -126,36 +136,39 @@ def _decide(
     vehicles: Array,
     poses: Array,
 ) -> None:
-    """Set the targets: the cheapest of the options that bring no conflict within notice, else the safest."""
+    """Set the targets: the cheapest option without any conflict, else the one that defers it most."""
     ramp_ps = params[P_DECEL] / max(_OWN_MPS_MIN, own_speed_mps(state, places, way, ends_mps))
     here = (state[OFFSET_X], state[OFFSET_Y])
     reacting = state[TARGET_PACE] < 1.0 or math.hypot(state[TARGET_X], state[TARGET_Y]) > 0.0
     track = np.empty((PREDICTIONS, 2))
-    predict(track, state, places, way, ends_mps, 1.0, (0.0, 0.0), ramp_ps, params[P_SIDESTEP])
-    spare_s, j, k = _spare_s(track, limits, params, vehicles, poses)
+    predict(track, state, places, way, ends_mps, 1.0, (0.0, 0.0), ramp_ps, params)
+    spare_s, j, k = _spare_s(track, limits, vehicles, poses)
     if spare_s >= (_RELEASE_S if reacting else 0.0):
         state[TARGET_PACE], state[TARGET_X], state[TARGET_Y] = 1.0, 0.0, 0.0
         return
+    if here[0] != 0.0 or here[1] != 0.0:
+        predict(track, state, places, way, ends_mps, 1.0, here, ramp_ps, params)
+        spare_s, j, k = _spare_s(track, limits, vehicles, poses)
+        if spare_s >= 0.0:
+            state[TARGET_PACE], state[TARGET_X], state[TARGET_Y] = 1.0, here[0], here[1]
+            return
     options = _options(here, track, j, k, limits[L_MARGIN], vehicles, poses)
     best, best_cost, best_spare_s = 0, math.inf, -math.inf
     for o in range(options.shape[0]):
         pace, offset = options[o, 0], (options[o, 1], options[o, 2])
         if offset[0] > 0.5 * _NOWHERE:
             continue
-        predict(track, state, places, way, ends_mps, pace, offset, ramp_ps, params[P_SIDESTEP])
-        spare_s, _, _ = _spare_s(track, limits, params, vehicles, poses)
+        predict(track, state, places, way, ends_mps, pace, offset, ramp_ps, params)
+        spare_s, _, _ = _spare_s(track, limits, vehicles, poses)
         cost = 1.0 - pace + params[P_COST] * math.hypot(offset[0] - here[0], offset[1] - here[1])
-        spare_s = min(spare_s, 0.0)
-        if spare_s > best_spare_s + 1e-9 or (spare_s > best_spare_s - 1e-9 and cost < best_cost):
+        if spare_s > best_spare_s or (spare_s == best_spare_s and cost < best_cost):
             best, best_cost, best_spare_s = o, cost, spare_s
     state[TARGET_PACE] = options[best, 0]
     state[TARGET_X], state[TARGET_Y] = options[best, 1], options[best, 2]
 
 
 @njit(cache=True)
-def _spare_s(
-    track: Array, limits: Array, params: Array, vehicles: Array, poses: Array
-) -> tuple[float, int, int]:
+def _spare_s(track: Array, limits: Array, vehicles: Array, poses: Array) -> tuple[float, int, int]:
     """(time from when the person would react until the first conflict, its vehicle, its step).
 
     Negative: the conflict is within notice. Without a conflict the whole prediction is spare.
@@ -182,40 +195,66 @@ def _options(
     vehicles: Array,
     poses: Array,
 ) -> Array:
-    """(12, 3) pace and offset of each option; an offset of _NOWHERE where an option is no option.
+    """(8, 3) pace and offset of each option; an offset of _NOWHERE where an option is no option.
 
-    Going on beside the way, more slowly, or not at all; and sidesteps to both sides of the vehicle, and
-    around both ends of a standing one, walking on or waiting meanwhile.
+    Going on as now, more slowly, or not at all; and sidesteps to both sides, walking on or waiting meanwhile.
+    People do not wait for a vehicle that stands. track: with pace 1 and the offset of now, in conflict at k.
     """
-    out = np.full((12, 3), _NOWHERE)
-    for o in range(4):
-        out[o, 0], out[o, 1], out[o, 2] = 1.0 - o / 3.0, here[0], here[1]
-    pose, vehicle = poses[j, k], vehicles[j]
-    u, v = in_frame(track[k, 0], track[k, 1], pose)
-    apart_m = RADIUS_M + margin_m + _CLEAR_M
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    out = np.full((8, 3), _NOWHERE)
+    vehicle = vehicles[j]
     standing = abs(vehicle[V_SPEED]) < STANDING_MPS
+    for o in range(1 if standing else 4):
+        out[o, 0], out[o, 1], out[o, 2] = 1.0 - o / 3.0, here[0], here[1]
     longest_m = _STANDING_OFFSET_M_MAX if standing else _MOVING_OFFSET_M_MAX
-    for side in range(4):
-        if side < 2:
-            sign = 1.0 if side == 0 else -1.0
-            way_m = vehicle[V_HALF] + apart_m - sign * v
-            dx, dy = -sin * sign, cos * sign
+    for side in range(2):
+        sign = 1.0 if side == 0 else -1.0
+        if standing:
+            dx, dy, way_m = _around(track, sign, poses[j, 0], vehicle)
         else:
-            if not standing:
-                continue
-            sign = 1.0 if side == 2 else -1.0
-            way_m = (vehicle[V_FRONT] if side == 2 else vehicle[V_REAR]) + apart_m - sign * u
-            dx, dy = cos * sign, sin * sign
-        if way_m <= 0.0:
-            continue
+            dx, dy, way_m = _aside(track, k, sign, poses[j, k], vehicle)
+        way_m += RADIUS_M + margin_m + _CLEAR_M
         ex, ey = here[0] + way_m * dx, here[1] + way_m * dy
-        if math.hypot(ex, ey) > longest_m:
+        if way_m <= 0.0 or math.hypot(ex, ey) > longest_m:
             continue
         for waiting in range(2):
             o = 4 + 2 * side + waiting
             out[o, 0], out[o, 1], out[o, 2] = 1.0 - waiting, ex, ey
     return out
+
+
+@njit(cache=True)
+def _aside(track: Array, k: int, sign: float, pose: Array, vehicle: Array) -> tuple[float, float, float]:
+    """(dx, dy, way_m) out of a moving vehicle's course to its left or right; none along the own way."""
+    _, v = in_frame(track[k, 0], track[k, 1], pose)
+    dx, dy = -sign * math.sin(pose[2]), sign * math.cos(pose[2])
+    walking = _direction(track)
+    if abs(dx * walking[0] + dy * walking[1]) > _ALONG:
+        return dx, dy, -_NOWHERE
+    return dx, dy, vehicle[V_HALF] - sign * v
+
+
+@njit(cache=True)
+def _around(track: Array, sign: float, pose: Array, vehicle: Array) -> tuple[float, float, float]:
+    """(dx, dy, way_m) to the left or right of the own way, until it passes a standing vehicle's corners."""
+    walking = _direction(track)
+    dx, dy = -sign * walking[1], sign * walking[0]
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    way_m = -_NOWHERE
+    for u in (vehicle[V_FRONT], -vehicle[V_REAR]):
+        for v in (vehicle[V_HALF], -vehicle[V_HALF]):
+            x, y = pose[0] + cos * u - sin * v, pose[1] + sin * u + cos * v
+            way_m = max(way_m, dx * (x - track[0, 0]) + dy * (y - track[0, 1]))
+    return dx, dy, way_m
+
+
+@njit(cache=True)
+def _direction(track: Array) -> tuple[float, float]:
+    """The direction in which a person walks, 0 for one who stands."""
+    dx, dy = track[_DIRECTION_STEPS, 0] - track[0, 0], track[_DIRECTION_STEPS, 1] - track[0, 1]
+    length = math.hypot(dx, dy)
+    if length < _OWN_MPS_MIN * _DIRECTION_STEPS * PREDICTION_STEP_S * 0.5:
+        return 0.0, 0.0
+    return dx / length, dy / length
 
 
 @njit(cache=True)
@@ -232,9 +271,10 @@ def _move(
     """One step towards the targets. No one walks into a body, but a body may come to a person."""
     ramp_ps = params[P_DECEL] / max(_OWN_MPS_MIN, own_speed_mps(state, places, way, ends_mps))
     own_s, ex, ey = state[OWN_S], state[OFFSET_X], state[OFFSET_Y]
+    side = (ex, ey, state[SIDE_MPS])
     x0, y0 = place_at(places, way[0], way[1], way[2], ends_mps, own_s)
     state[PACE] = _approach(state[PACE], state[TARGET_PACE], ramp_ps * dt)
-    fx, fy = _approach_place(ex, ey, state[TARGET_X], state[TARGET_Y], params[P_SIDESTEP] * dt)
+    fx, fy, side_mps = _sidestep(side, (state[TARGET_X], state[TARGET_Y]), params, dt)
     for attempt in range(3):
         pace = 0.0 if attempt > 0 else state[PACE]
         gx, gy = (ex, ey) if attempt == 2 else (fx, fy)
@@ -242,6 +282,7 @@ def _move(
         if attempt == 2 or not _walks_into(x0 + ex, y0 + ey, x1 + gx, y1 + gy, vehicles, poses):
             state[OWN_S] = own_s + pace * dt
             state[OFFSET_X], state[OFFSET_Y] = gx, gy
+            state[SIDE_MPS] = side_mps if attempt < 2 else 0.0
             if attempt > 0:
                 state[PACE] = 0.0
             return

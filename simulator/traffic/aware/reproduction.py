@@ -114,34 +114,35 @@ def reproduction(
     people = [track for track in clip.tracks if not track.is_driven]
     ways = own_ways([(person.times_s, person.states) for person in people])
     own = walk(people, ways, accepted_limits(ways, clip.cars(), params), params, car, clip.ends_s, outline)
-    fitted = walk(people, ways, fitted_limits(params, len(people)), params, car, clip.ends_s, outline)
-    heeding, unheeding = recreations(people, car, clip.ends_s, outline, params)
+    fitted = walk(people, ways, params.limits(len(people)), params, car, clip.ends_s, outline)
+    met = met_people(clip, car)
     return Reproduction(
         own.displacements_m(),
         fitted.displacements_m(),
-        heeding.displacements_m(),
-        unheeding.displacements_m(),
+        met.walk(params, outline).displacements_m(),
+        met.walk(params, None).displacements_m(),
     )
 
 
-def recreations(
-    people: Sequence[RecordedTrack],
-    car: RecordedTrack,
-    ends_s: float,
-    outline: Outline,
-    params: ReactionParams,
-    percentile: float = FREE_PERCENTILE,
-) -> tuple[Walk, Walk]:
-    """People in the car's way on their desired ways: as they heed it, and as if it were not there."""
+@dataclass(frozen=True, slots=True)
+class MetPeople:
+    """People in a car's way, and their desired ways without its influence."""
+
+    people: tuple[RecordedTrack, ...]
+    ways: OwnWays
+    car: RecordedTrack
+    ends_s: float
+
+    def walk(self, params: ReactionParams, outline: Outline | None) -> Walk:
+        """Their walk with the fitted limits; outline as in `walk`."""
+        limits = params.limits(len(self.people))
+        return walk(self.people, self.ways, limits, params, self.car, self.ends_s, outline)
+
+
+def met_people(clip: Clip, car: RecordedTrack, percentile: float = FREE_PERCENTILE) -> MetPeople:
+    """The people of the clip in the car's way, at this percentile of their speeds as their free speed."""
+    people = [track for track in clip.tracks if not track.is_driven]
     stays = [near_s(person, [car]) for person in people]
     met = [(person, stay) for person, stay in zip(people, stays, strict=True) if stay]
     ways = own_ways([desired_way(person, stay, percentile) for person, stay in met])
-    those = [person for person, _ in met]
-    limits = fitted_limits(params, len(those))
-    heeding = walk(those, ways, limits, params, car, ends_s, outline)
-    return heeding, walk(those, ways, limits, params, car, ends_s, None)
-
-
-def fitted_limits(params: ReactionParams, count: int) -> Array:
-    """(count, 2) the same margin_m and notice_s for everyone."""
-    return np.tile(np.array((params.margin_m, params.notice_s)), (count, 1))
+    return MetPeople(tuple(person for person, _ in met), ways, car, clip.ends_s)

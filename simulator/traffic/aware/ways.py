@@ -70,3 +70,14 @@ def place_at(
         places[a, 0] + share * (places[b, 0] - places[a, 0]),
         places[a, 1] + share * (places[b, 1] - places[a, 1]),
     )
+
+
+@njit(cache=True)
+def places_at(
+    places: Array, first: Ints, count: Ints, begins_s: Array, ends_mps: Array, own_s: Array
+) -> Array:
+    """(n, 2) the place of each person at their own time, (n,)."""
+    out = np.empty((len(first), 2))
+    for i in range(len(first)):
+        out[i, 0], out[i, 1] = place_at(places, first[i], count[i], begins_s[i], ends_mps[i], own_s[i])
+    return out

@@ -70,3 +70,17 @@ def test_the_widest_gap_beside_and_between_people() -> None:
     assert widest_gap_m([(-2.5, -1.0), (1.0, 1.5)], 2.0) == 2.0
     assert widest_gap_m([(-3.0, 3.0)], 2.0) == 0.0
     assert widest_gap_m([(5.0, 5.5)], 2.0) == 4.0
+
+
+def test_recorded_people_who_are_taken_out_of_a_scene_are_counted(recordings: Path) -> None:
+    found = scene_sources(MAPS, recordings)
+    at_start = set()
+    for seed in range(60):
+        drawn = draw_scene(found, Profile(), seed)
+        actors = drawn.scene.actors
+        if isinstance(actors, ReplayedTraffic):
+            at_start.add(drawn.removed)
+            actors.removed[99] = (0.0, 0.0, 0.0)
+            assert drawn.removed == drawn.removed_at_start + 1
+    assert 0 in at_start
+    assert max(at_start) > 0
