@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from campusloop.scenes.recorded_drives import recorded_drives
+from campusloop.scenes.recorded.drives import recorded_drives
 from simulator.traffic.recordings import Clip, RecordedTrack, drone_clips
 
 _SPLIT = Path(__file__).with_name("split.json")

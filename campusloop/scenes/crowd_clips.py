@@ -10,7 +10,7 @@ import numpy as np
 from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import extended, path_map
-from campusloop.scenes.recorded_drives import RecordedDrive, rear_axle_path, recorded_drives
+from campusloop.scenes.recorded.drives import RecordedDrive, rear_axle_path, recorded_drives
 from contract.geometry import arc_lengths
 from simulator.traffic.actors import Bodies
 from simulator.traffic.aware.reproduction import Reproduction, reproduction

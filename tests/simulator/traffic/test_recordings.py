@@ -3,6 +3,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from simulator.traffic.recordings import (
     Clip,
@@ -98,6 +100,35 @@ def test_rows_that_jump_away_and_back_are_dropped(tmp_path: Path) -> None:
 def test_an_id_that_goes_on_elsewhere_is_another_person(tmp_path: Path) -> None:
     clip = drone_clips(a_folder(tmp_path, walkers([*range(1, 100)], 5.0, tuple(range(50, 100))), ""))[0]
     assert (len(clip.tracks), clip.repairs.cuts) == (2, 1)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_recording_is_repaired_or_refused(tmp_path: Path, data: st.DataObject) -> None:
+    rows = [f"3,{k},ped,{1.2 * k / FPS},2.0,1.2,0.0" for k in range(1, 120)]
+    cars = [f"0,{k},veh,{3.0 * k / FPS},0.0,0.0,3.0" for k in range(1, 120)]
+    for lines in (rows, cars):
+        for _ in range(data.draw(st.integers(0, 4))):
+            at = data.draw(st.integers(0, len(lines) - 1))
+            damage = data.draw(st.sampled_from(("gap", "jump", "twice", "cut", "nan")))
+            if damage == "gap":
+                del lines[at : at + data.draw(st.integers(1, 40))]
+                lines.append(lines[0] if lines else "3,1,x,0,0,0,0")
+            else:
+                fields = lines[at].split(",")
+                fields[3] = {"jump": "70.0", "twice": fields[3], "nan": "nan", "cut": ""}[damage]
+                lines[at] = ",".join(fields) + (f"\n{lines[at]}" if damage == "twice" else "")
+    refusal, clips = "", list[Clip]()
+    try:
+        clips = drone_clips(a_folder(tmp_path, "\n".join(rows), "\n".join(cars)))
+    except RecordingError as error:
+        refusal = str(error)
+    assert bool(clips) != ("filtered.csv" in refusal)
+    for track in (track for clip in clips for track in clip.tracks):
+        assert np.isfinite(track.states).all()
+        assert (np.diff(track.times_s) > 0.0).all()
+        steps_m = np.hypot(*np.diff(track.states[:, :2], axis=0).T)
+        assert (steps_m <= 0.5 + 25.0 * np.diff(track.times_s)).all()
 
 
 def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:

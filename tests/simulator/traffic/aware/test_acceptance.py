@@ -110,3 +110,21 @@ def test_held_people_neither_move_nor_show() -> None:
     assert not len(traffic.bodies().numbers)
     traffic.hold = False
     assert traffic.bodies().poses_map[0, :2] == pytest.approx((10.0, -5.0))
+
+
+def test_a_clip_without_people_is_empty_and_has_no_displacements() -> None:
+    car = a_car(0.0, 3.0)
+    traffic = AwareTraffic(a_clip(car), 0.0, frozenset({car.number}))
+    traffic.step(a_vehicle(0.0, 0.0, 1.0), np.zeros(1), np.zeros((1, 1, 2)), DT_S)
+    assert not len(traffic.bodies().numbers)
+    found = reproduction(a_clip(car), car, OUTLINE, PARAMS)
+    assert not len(found.deployed_m) + len(found.recreated_m)
+
+
+def test_a_person_who_was_seen_once_is_shown_once() -> None:
+    person = a_walk(1, (10.0, -5.0), (0.0, 1.3), 0.0)
+    traffic = AwareTraffic(a_clip(person, a_car(0.0, 3.0, y_m=30.0)), 0.0)
+    assert traffic.bodies().numbers.tolist() == [1, CARS_FROM]
+    for _ in range(10):
+        traffic.step(a_vehicle(-20.0, 0.0, 1.0), np.zeros(1), np.zeros((1, 1, 2)), DT_S)
+    assert traffic.bodies().numbers.tolist() == [CARS_FROM]

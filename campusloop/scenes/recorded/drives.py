@@ -138,7 +138,8 @@ def rear_axle_path(drive: RecordedDrive, body: Body) -> Array:
     s = arc_lengths(np.ascontiguousarray(rear))
     moved = np.concatenate(([True], np.diff(s) > 1e-4))
     s, rear = s[moved], rear[moved]
-    splines = [make_splrep(s, rear[:, k], k=3, s=len(s) * _NOISE_M**2) for k in (0, 1)]
+    degree = min(3, len(s) - 1)
+    splines = [make_splrep(s, rear[:, k], k=degree, s=len(s) * _NOISE_M**2) for k in (0, 1)]
     at = np.linspace(0.0, s[-1], max(3, math.ceil(s[-1] / _SPACING_M) + 1))
     path: Array = np.column_stack([spline(at) for spline in splines])
     return path

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from campusloop.scenes.recorded_drives import RecordedDrive, rear_axle_path, recorded_drives
+from campusloop.scenes.recorded.drives import RecordedDrive, rear_axle_path, recorded_drives
 from contract.geometry import Array
 from simulator.traffic.recordings import CAR_LENGTH_M, CAR_WIDTH_M, RecordedTrack
 from simulator.traffic.track_repairs import velocities_mps
@@ -70,6 +70,14 @@ def test_a_car_that_only_backs_is_driven_in_its_direction_of_motion() -> None:
     assert len(drives) == 1
     path = rear_axle_path(drives[0], Body())
     assert path[-1, 0] - path[0, 0] == pytest.approx(12.0, abs=0.3)
+
+
+def test_a_fast_car_that_was_seen_three_times_has_a_path() -> None:
+    times = np.array((0.0, 0.4, 0.8))
+    states = np.column_stack((8.0 * times, 0.0 * times, 0.0 * times, 8.0 + 0.0 * times, 0.0 * times))
+    drives = recorded_drives(RecordedTrack(100_000, VEHICLE, times, states, (CAR_LENGTH_M, CAR_WIDTH_M)))
+    path = rear_axle_path(drives[0], Body())
+    assert path[-1, 0] - path[0, 0] == pytest.approx(6.4, abs=0.01)
 
 
 def test_a_short_manoeuvre_is_no_drive() -> None:
