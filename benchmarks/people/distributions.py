@@ -22,7 +22,7 @@ _SLOW_RATIO = 0.7
 _WALKING_MPS = 0.5
 # Samples around the moment, in which the person slows down.
 _REACTION = 15
-# A person who has walked into the body of a vehicle stops at once.
+# A person who walks into the body of a vehicle stops at once, which is a contact and no deceleration.
 _TOUCHING_M = 0.05
 _DRIVING_MPS = 0.5
 
@@ -82,9 +82,8 @@ def _encounters(places: Array, walk: Walk, slow: BoolArray, speeds: Array) -> En
             continue
         of_onset.append(float(ahead_s[slowed[0], i]))
         near = slice(max(0, slowed[0] - _REACTION), slowed[0] + _REACTION)
-        apart = np.isfinite(decels[near, i]) & (clearance_m[near, i] > _TOUCHING_M)
-        known = decels[near, i][apart]
-        if len(known):
+        known = decels[near, i][np.isfinite(decels[near, i])]
+        if len(known) and clearance_m[near, i].min() > _TOUCHING_M:
             of_decel.append(float(known.max()))
     return Encounters(np.array(of_decel), np.array(of_onset), np.array(of_gap))
 

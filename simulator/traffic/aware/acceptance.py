@@ -18,28 +18,36 @@ from simulator.traffic.aware.conflict import (
 from simulator.traffic.aware.params import ReactionParams
 from simulator.traffic.aware.reaction import L_MARGIN, L_NOTICE
 from simulator.traffic.aware.ways import WAY_STEP_S, OwnWays, place_at
-from simulator.traffic.crowd import V_SPEED, VEHICLE_COLUMNS
+from simulator.traffic.crowd import V_FRONT, V_HALF, V_REAR, V_SPEED, V_X, V_Y, V_YAW, VEHICLE_COLUMNS
 from simulator.traffic.recordings import RecordedTrack
 
 _LOOK_S = 0.1
+# People see over this time how a vehicle turns and brakes.
+_MOTION_S = 0.4
 _DRIVING_MPS = 0.5
 _MARGIN_M_MIN = 0.02
 _NEAR_M = 40.0
 
 
 def car_rows(car: RecordedTrack, at_s: Array) -> tuple[Array, Array]:
-    """((k, 7), (k,)) rows of `traffic.crowd` with the car's middle, NaN while it is away; its yaw rates."""
-    times, states = car.times_s, car.states
-    columns = [np.interp(at_s, times, states[:, c]) for c in range(5)]
+    """((k, 7), (k, 2)) rows of `traffic.crowd` with the car's middle, NaN while it is away; its motions."""
+    rows = _rows(car, at_s)
+    before, after = (_rows(car, at_s + shift_s) for shift_s in (-_MOTION_S, 0.0))
+    motions = np.column_stack(
+        ((after - before)[:, V_YAW] / _MOTION_S, (after - before)[:, V_SPEED] / _MOTION_S)
+    )
+    rows[(at_s < car.times_s[0] - 1e-6) | (at_s > car.times_s[-1] + 1e-6)] = np.nan
+    return rows, motions
+
+
+def _rows(car: RecordedTrack, at_s: Array) -> Array:
+    x, y, yaw, vx, vy = (np.interp(at_s, car.times_s, car.states[:, c]) for c in range(5))
     rows = np.zeros((len(at_s), VEHICLE_COLUMNS))
-    rows[:, :3] = np.column_stack(columns[:3])
-    rows[:, 3] = rows[:, 4] = 0.5 * car.size_m[0]
-    rows[:, 5] = 0.5 * car.size_m[1]
-    rows[:, V_SPEED] = columns[3] * np.cos(columns[2]) + columns[4] * np.sin(columns[2])
-    turned = np.interp(at_s + 0.25, times, states[:, 2]) - np.interp(at_s - 0.25, times, states[:, 2])
-    away = (at_s < times[0] - 1e-6) | (at_s > times[-1] + 1e-6)
-    rows[away] = np.nan
-    return rows, turned / 0.5
+    rows[:, V_X], rows[:, V_Y], rows[:, V_YAW] = x, y, yaw
+    rows[:, V_REAR] = rows[:, V_FRONT] = 0.5 * car.size_m[0]
+    rows[:, V_HALF] = 0.5 * car.size_m[1]
+    rows[:, V_SPEED] = vx * np.cos(yaw) + vy * np.sin(yaw)
+    return rows
 
 
 def is_driving(car: RecordedTrack) -> bool:
@@ -62,8 +70,8 @@ def accepted_limits(ways: OwnWays, cars: Sequence[RecordedTrack], params: Reacti
             looks.append((at_s, *car_rows(car, at_s)))
     for at_s, rows, _ in looks:
         _lower_margins(*way, limits, at_s, rows)
-    for at_s, rows, rates in looks:
-        _lower_notices(*way, limits, at_s, rows, rates)
+    for at_s, rows, motions in looks:
+        _lower_notices(*way, limits, at_s, rows, motions)
     return limits
 
 
@@ -99,13 +107,13 @@ def _lower_notices(
     limits: Array,
     at_s: Array,
     rows: Array,
-    rates: Array,
+    motions: Array,
 ) -> None:
     track = np.empty((PREDICTIONS, 2))
     for k in range(len(at_s)):
         if math.isnan(rows[k, 0]):
             continue
-        poses = predicted_poses(rows[k : k + 1], rates[k : k + 1])
+        poses = predicted_poses(rows[k : k + 1], motions[k : k + 1])
         for i in range(len(first)):
             ends_s = begins_s[i] + WAY_STEP_S * (count[i] - 1)
             if at_s[k] < begins_s[i] or at_s[k] > ends_s:

@@ -13,27 +13,32 @@ PREDICTIONS = 34
 PREDICTION_STEP_S = 0.15
 # A vehicle farther away is not predicted against a person.
 NEAR_M = 30.0
-_STRAIGHT_RADPS = 1e-3
+# A slower vehicle is predicted straight on.
+_TURNING_MPS = 0.3
+# columns of a vehicle's motion
+M_YAW_RATE, M_ACCEL = range(2)
 
 
 @njit(cache=True)
-def predicted_poses(vehicles: Array, yaw_rates_radps: Array) -> Array:
-    """(m, PREDICTIONS, 3) x, y, yaw of each vehicle that keeps its speed and its yaw rate.
+def predicted_poses(vehicles: Array, motions: Array) -> Array:
+    """(m, PREDICTIONS, 3) x, y, yaw of each vehicle that goes on as it moves: it turns, it brakes.
 
-    vehicles (m, 7) as in `traffic.crowd`; yaw_rates_radps (m,)
+    vehicles (m, 7) as in `traffic.crowd`; motions (m, 2): M_YAW_RATE, M_ACCEL. People see a vehicle brake and
+    rely on it; they do not reckon with one that speeds up.
     """
     out = np.empty((vehicles.shape[0], PREDICTIONS, 3))
     for j in range(vehicles.shape[0]):
         x, y, yaw, speed = vehicles[j, V_X], vehicles[j, V_Y], vehicles[j, V_YAW], vehicles[j, V_SPEED]
+        curvature = motions[j, M_YAW_RATE] / speed if abs(speed) > _TURNING_MPS else 0.0
+        accel = min(0.0, motions[j, M_ACCEL])
         for k in range(PREDICTIONS):
-            h, turn = k * PREDICTION_STEP_S, yaw_rates_radps[j] * k * PREDICTION_STEP_S
-            along, across = speed * h, 0.0
-            if abs(yaw_rates_radps[j]) > _STRAIGHT_RADPS:
-                radius = speed / yaw_rates_radps[j]
-                along, across = radius * math.sin(turn), radius * (1.0 - math.cos(turn))
-            out[j, k, 0] = x + math.cos(yaw) * along - math.sin(yaw) * across
-            out[j, k, 1] = y + math.sin(yaw) * along + math.cos(yaw) * across
-            out[j, k, 2] = yaw + turn
+            out[j, k, 0], out[j, k, 1], out[j, k, 2] = x, y, yaw
+            way = speed * PREDICTION_STEP_S
+            x += math.cos(yaw) * way
+            y += math.sin(yaw) * way
+            yaw += curvature * way
+            if speed > 0.0:
+                speed = max(0.0, speed + accel * PREDICTION_STEP_S)
     return out
 
 

@@ -16,11 +16,11 @@ class ReactionParams(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sidestep_cost     what a metre of sidestep costs; a stop costs 1
     """
 
-    margin_m: float = 0.3
+    margin_m: float = 0.35
     notice_s: float = 2.0
     decel_mps2: float = 0.76
-    sidestep_mps: float = 0.6
-    sidestep_cost: float = 0.6
+    sidestep_mps: float = 0.55
+    sidestep_cost: float = 2.0
 
     def row(self) -> Array:
         """(3,) for the kernels, in the order of the columns in `reaction`."""

@@ -18,12 +18,15 @@ from simulator.traffic.aware.reaction import (
     step_people,
 )
 from simulator.traffic.aware.ways import WAY_STEP_S, OwnWays, places_at
+from simulator.traffic.crowd import V_SPEED, V_YAW
 from simulator.traffic.recordings import PERSON_SIZE_M
 from simulator.traffic.replayed import AFTERWARDS_S
 from vehicle_agent.signals import PEDESTRIAN
 
 # People look again this often.
 DECISION_S = 0.2
+# The time constant with which they see how a vehicle turns and brakes.
+SEEING_S = 0.3
 _AT_ONCE_S = 1e-6
 
 
@@ -55,8 +58,8 @@ class AwarePeople:
         self._leaves_s = np.where(lasts, self._own_ends_s + AFTERWARDS_S, self._own_ends_s)
         self._entered = ways.begins_s <= from_s + _AT_ONCE_S
         self._look_again_s = from_s
-        self._yaws: Array | None = None
-        self._rates = np.zeros(0)
+        self._seen: Array | None = None
+        self._motions = np.zeros((0, 2))
         self._places = self._all_places()
         # Until they have moved, as on their first tenth of a second.
         self._velocities = (self._all_places(0.1) - self._places) / 0.1
@@ -71,14 +74,14 @@ class AwarePeople:
         """Move everyone by dt_s; vehicles (m, 7) as in `traffic.crowd`."""
         self.clock_s += dt_s
         self._enter(vehicles, dt_s)
-        self._watch_turning(vehicles, dt_s)
+        self._watch(vehicles, dt_s)
         decide = self.clock_s >= self._look_again_s - _AT_ONCE_S
         if decide:
             self._look_again_s += DECISION_S
         ways, before = self._ways, self._places
         step_people(
             self.state, self.present, ways.places, ways.first, ways.count, ways.begins_s, ways.ends_mps,
-            self._limits, self._row, vehicles, self._rates, decide, dt_s,
+            self._limits, self._row, vehicles, self._motions, decide, dt_s,
         )  # fmt: skip
         self._places = self._all_places()
         share = min(1.0, dt_s / 0.1)
@@ -95,15 +98,15 @@ class AwarePeople:
             else:
                 self.delayed.add(int(self._numbers[i]))
 
-    def _watch_turning(self, vehicles: Array, dt_s: float) -> None:
-        """The yaw rates of the vehicles, smoothed over 0.3 s."""
-        yaws = vehicles[:, 2].copy()
-        if self._yaws is None or len(self._yaws) != len(yaws):
-            self._rates = np.zeros(len(yaws))
+    def _watch(self, vehicles: Array, dt_s: float) -> None:
+        """How the vehicles turn and brake, smoothed."""
+        if self._seen is None or len(self._seen) != len(vehicles):
+            self._motions = np.zeros((len(vehicles), 2))
         else:
-            turned = (yaws - self._yaws + np.pi) % (2.0 * np.pi) - np.pi
-            self._rates += min(1.0, dt_s / 0.3) * (turned / dt_s - self._rates)
-        self._yaws = yaws
+            turned = (vehicles[:, V_YAW] - self._seen[:, V_YAW] + np.pi) % (2.0 * np.pi) - np.pi
+            now = np.column_stack((turned, vehicles[:, V_SPEED] - self._seen[:, V_SPEED])) / dt_s
+            self._motions += min(1.0, dt_s / SEEING_S) * (now - self._motions)
+        self._seen = vehicles.copy()
 
     def _all_places(self, ahead_s: float = 0.0) -> Array:
         ways = self._ways

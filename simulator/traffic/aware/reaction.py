@@ -33,6 +33,8 @@ _STANDING_NOTICE_S = 0.6
 # A reaction ends when nothing would happen for this much longer.
 _RELEASE_S = 0.4
 _OWN_SPEED_S = 0.5
+# However much the own way slows down, people may slow down by this share of their deceleration more.
+_DECEL_RATIO_MIN = 0.2
 _OWN_MPS_MIN = 0.5
 _MOVING_OFFSET_M_MAX = 2.0
 _STANDING_OFFSET_M_MAX = 5.0
@@ -56,7 +58,7 @@ def step_people(
     limits: Array,
     params: Array,
     vehicles: Array,
-    yaw_rates_radps: Array,
+    motions: Array,
     decide: bool,
     dt: float,
 ) -> None:
@@ -64,10 +66,10 @@ def step_people(
 
     state (n, STATE_COLUMNS), present (n,); places, first, count, begins_s, ends_mps: `OwnWays`
     limits (n, LIMIT_COLUMNS): each person's own; params: `ReactionParams.row`
-    vehicles (m, 7) as in `traffic.crowd`, yaw_rates_radps (m,)
+    vehicles (m, 7) as in `traffic.crowd`, motions (m, 2) as in `conflict`
     decide: whether people look again; between that they go on as decided
     """
-    poses = predicted_poses(vehicles, yaw_rates_radps)
+    poses = predicted_poses(vehicles, motions)
     for i in range(state.shape[0]):
         if not present[i]:
             continue
@@ -78,11 +80,18 @@ def step_people(
 
 
 @njit(cache=True)
-def own_speed_mps(state: Array, places: Array, way: tuple[int, int, float], ends_mps: Array) -> float:
-    """The speed of the own way, mean over the next half second."""
-    x0, y0 = place_at(places, way[0], way[1], way[2], ends_mps, state[OWN_S])
-    x1, y1 = place_at(places, way[0], way[1], way[2], ends_mps, state[OWN_S] + _OWN_SPEED_S)
-    return math.hypot(x1 - x0, y1 - y0) / _OWN_SPEED_S
+def _ramp_ps(
+    state: Array, places: Array, way: tuple[int, int, float], ends_mps: Array, params: Array
+) -> float:
+    """How fast the pace may change: what the own way slows down by itself counts against it."""
+    own_s = state[OWN_S]
+    x0, y0 = place_at(places, way[0], way[1], way[2], ends_mps, own_s)
+    x1, y1 = place_at(places, way[0], way[1], way[2], ends_mps, own_s + _OWN_SPEED_S)
+    x2, y2 = place_at(places, way[0], way[1], way[2], ends_mps, own_s + 2.0 * _OWN_SPEED_S)
+    speed = math.hypot(x1 - x0, y1 - y0) / _OWN_SPEED_S
+    slowing = (speed - math.hypot(x2 - x1, y2 - y1) / _OWN_SPEED_S) / _OWN_SPEED_S
+    decel: float = max(_DECEL_RATIO_MIN * params[P_DECEL], params[P_DECEL] - max(0.0, slowing))
+    return decel / max(_OWN_MPS_MIN, speed)
 
 
 @njit(cache=True)
@@ -136,8 +145,8 @@ def _decide(
     vehicles: Array,
     poses: Array,
 ) -> None:
-    """Set the targets: the cheapest option without any conflict, else the one that defers it most."""
-    ramp_ps = params[P_DECEL] / max(_OWN_MPS_MIN, own_speed_mps(state, places, way, ends_mps))
+    """Set the targets: the cheapest option without any conflict, else the one that comes least near."""
+    ramp_ps = _ramp_ps(state, places, way, ends_mps, params)
     here = (state[OFFSET_X], state[OFFSET_Y])
     reacting = state[TARGET_PACE] < 1.0 or math.hypot(state[TARGET_X], state[TARGET_Y]) > 0.0
     track = np.empty((PREDICTIONS, 2))
@@ -153,18 +162,29 @@ def _decide(
             state[TARGET_PACE], state[TARGET_X], state[TARGET_Y] = 1.0, here[0], here[1]
             return
     options = _options(here, track, j, k, limits[L_MARGIN], vehicles, poses)
-    best, best_cost, best_spare_s = 0, math.inf, -math.inf
+    best, best_cost, best_least_m = 0, math.inf, -math.inf
     for o in range(options.shape[0]):
         pace, offset = options[o, 0], (options[o, 1], options[o, 2])
         if offset[0] > 0.5 * _NOWHERE:
             continue
         predict(track, state, places, way, ends_mps, pace, offset, ramp_ps, params)
         spare_s, _, _ = _spare_s(track, limits, vehicles, poses)
+        least_m = math.inf if spare_s == math.inf else _least_clearance_m(track, vehicles, poses)
         cost = 1.0 - pace + params[P_COST] * math.hypot(offset[0] - here[0], offset[1] - here[1])
-        if spare_s > best_spare_s or (spare_s == best_spare_s and cost < best_cost):
-            best, best_cost, best_spare_s = o, cost, spare_s
+        if least_m > best_least_m or (least_m == best_least_m and cost < best_cost):
+            best, best_cost, best_least_m = o, cost, least_m
     state[TARGET_PACE] = options[best, 0]
     state[TARGET_X], state[TARGET_Y] = options[best, 1], options[best, 2]
+
+
+@njit(cache=True)
+def _least_clearance_m(track: Array, vehicles: Array, poses: Array) -> float:
+    """The least predicted clearance to any vehicle."""
+    least_m = math.inf
+    for j in range(vehicles.shape[0]):
+        for k in range(PREDICTIONS):
+            least_m = min(least_m, clearance_m(track[k, 0], track[k, 1], poses[j, k], vehicles[j]))
+    return least_m
 
 
 @njit(cache=True)
@@ -269,7 +289,7 @@ def _move(
     dt: float,
 ) -> None:
     """One step towards the targets. No one walks into a body, but a body may come to a person."""
-    ramp_ps = params[P_DECEL] / max(_OWN_MPS_MIN, own_speed_mps(state, places, way, ends_mps))
+    ramp_ps = _ramp_ps(state, places, way, ends_mps, params)
     own_s, ex, ey = state[OWN_S], state[OFFSET_X], state[OFFSET_Y]
     side = (ex, ey, state[SIDE_MPS])
     x0, y0 = place_at(places, way[0], way[1], way[2], ends_mps, own_s)
