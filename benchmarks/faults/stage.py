@@ -62,7 +62,7 @@ def require(condition: bool, what: str) -> None:
 async def a_stage(installation: Installation, seed: int) -> AsyncIterator[Stage]:
     network = RoadNetwork(load_map(MAP))
     stops = [stop.stop_id for stop in network.road_map.stops]
-    riders = Riders(installation, stops, seed)
+    riders = Riders(installation.origin, stops, seed)
     first, second = (WireVehicle(installation, network, f"shuttle-{n + 1}", n) for n in range(2))
     stage = Stage(installation, network, riders, first, second, random.Random(seed))
     try:

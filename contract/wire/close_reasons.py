@@ -71,7 +71,12 @@ CLOSE_REASONS: tuple[CloseReason, ...] = (
         "Two agents use one key: stop one, or enrol it as a vehicle of its own; then close the incident.",
     ),
     CloseReason("too_slow", 4429, "at_once", "The agent does not read fast enough; dial again to resume."),
-    CloseReason("server_leaving", 4503, "later", "The server is stopping; dial again after a pause."),
+    CloseReason(
+        "server_leaving",
+        4503,
+        "at_once",
+        "The server is stopping; dial again now: another one, or soon this one, answers.",
+    ),
     CloseReason(
         "server_fault", 4500, "later", "The server failed to handle a frame; its log names the cause."
     ),

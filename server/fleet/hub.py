@@ -4,6 +4,7 @@ Transports are anything with `send` and `close`: a websocket live, an in-memory 
 """
 
 import asyncio
+import math
 from collections import deque
 from collections.abc import Coroutine
 from dataclasses import dataclass
@@ -30,6 +31,11 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
+# A server that stops says goodbye to so many vehicles a second, or to all of them within the longest time:
+# another server opens their sessions one after the other.
+LEAVE_PER_S = 100.0
+LEAVE_WITHIN_S = 8.0
+LEAVE_STEP_S = 0.05
 # Shuttles receive each other's positions within this distance: the view ahead and both bodies.
 FLEET_VEHICLES_M = 60.0
 
@@ -57,6 +63,7 @@ class Hub:
         spans: RideSpans | None = None,
     ) -> None:
         self.campus_id = campus_id
+        self.is_leaving = False
         self._supervisor = supervisor
         self._ids, self._transactions, self._bus = ids, transactions, bus
         self._events = EventIntake(transactions, self._note_event)
@@ -111,6 +118,17 @@ class Hub:
     def connected(self) -> tuple[str, ...]:
         """Vehicles with an open session here, by id."""
         return tuple(sorted(self._links))
+
+    async def leave(self) -> None:
+        """Say goodbye to the vehicles, a few at a time. No new ones may be attached meanwhile."""
+        self.is_leaving = True
+        links = [*self._links.values(), *self._greeting]
+        steps = math.ceil(len(links) / LEAVE_PER_S / LEAVE_STEP_S)
+        at_a_time = math.ceil(len(links) / max(1, min(steps, round(LEAVE_WITHIN_S / LEAVE_STEP_S))))
+        for first in range(0, len(links), max(1, at_a_time)):
+            for link in links[first : first + at_a_time]:
+                link.end("server_leaving", "the server is stopping")
+            await asyncio.sleep(LEAVE_STEP_S)
 
     async def close(self) -> None:
         """Say goodbye to every vehicle, end all tasks, and store the last statuses."""

@@ -300,6 +300,21 @@ def test_a_server_that_stops_says_so(server: ServerUnderTest) -> None:
     assert vehicle.goodbye == "server_leaving"
 
 
+def test_a_server_that_leaves_sends_its_vehicles_away_one_after_the_other(server: ServerUnderTest) -> None:
+    spoken = [SpokenVehicle(server).dial().hello()]
+    for number in range(2, 22):
+        name = f"shuttle-{number}"
+        server.enrol(name, VehicleKeyPair(name).public_base64)
+        spoken.append(SpokenVehicle(server, name).dial().hello())
+    server.conductor.loop.create_task(server.hub.leave())
+    server.elapse(0.1)
+    gone = sum(vehicle.goodbye == "server_leaving" for vehicle in spoken)
+    assert 0 < gone < len(spoken)
+    assert server.get("/ready").status_code == 503
+    server.elapse(2.0)
+    assert all(vehicle.goodbye == "server_leaving" for vehicle in spoken)
+
+
 def test_a_hub_that_is_closed_listens_no_more(server: ServerUnderTest) -> None:
     def listeners() -> int:
         topic = topics.vehicle_outbox(server.hub.campus_id, "shuttle-1")
