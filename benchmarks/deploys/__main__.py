@@ -1,6 +1,6 @@
 """Rolling deploys under a fleet: what vehicles and riders notice when every server is replaced.
 
-    python -m benchmarks.deploys [--vehicles 1000] [--deploys 10] [--events-hz 0.2] [--status-hz 1]
+    python -m benchmarks.deploys [--vehicles 1000] [--deploys 10] [--events-hz 0.05] [--status-hz 1]
         [--riders 4] [--seed 1] [--json FILE]
 
 Two replicas share a PostgreSQL and a NATS server; a switch with health checks stands before them. A deploy
@@ -63,7 +63,7 @@ def main() -> None:
     )
     parser.add_argument("--vehicles", type=int, default=1000)
     parser.add_argument("--deploys", type=int, default=10)
-    parser.add_argument("--events-hz", type=float, default=0.2, help="events of a vehicle a second")
+    parser.add_argument("--events-hz", type=float, default=0.05, help="events of a vehicle a second")
     parser.add_argument("--status-hz", type=float, default=1.0, help="of the vehicles that take rides")
     parser.add_argument("--riders", type=int, default=4)
     parser.add_argument("--seed", type=int, default=1)
@@ -153,7 +153,9 @@ async def _under_load(
     booking: asyncio.Task[None] | None = None
     replaced_s: list[float] = []
     try:
+        begun_s = time.monotonic()
         await _until_connected(fleet, args.vehicles, driving)
+        print(f"{args.vehicles} sessions opened in {time.monotonic() - begun_s:.1f} s", flush=True)
         booking = asyncio.create_task(riders.run(args.riders))
         for deploy in range(1, args.deploys + 1):
             for replica in replicas:

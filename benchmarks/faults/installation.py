@@ -20,7 +20,7 @@ MAP = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "ma
 PASSWORD = "faults are tried on purpose"
 READY_WITHIN_S = 90.0
 RESTART_AFTER_S = 0.5
-STOP_WITHIN_S = 25.0
+STOP_WITHIN_S = 45.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -265,14 +265,16 @@ class Link:
         await self._perform_all(self.session.key_found(base64.b64decode(key)))
 
     async def _open(self, hello: Hello) -> None:
-        conflict = await self._ports.transactions.run(
-            lambda uow: vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
-        )
-        if conflict:
-            await self._perform_all(self.session.close("key_conflict", conflict))
-            return
         facts = facts_of(hello)
-        opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
+
+        def work(uow: UnitOfWork) -> str | vehicle_sessions.VehicleSession:
+            conflict = vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
+            return conflict or vehicle_sessions.open_session(uow, facts)
+
+        opened = await self._ports.transactions.run(work)
+        if isinstance(opened, str):
+            await self._perform_all(self.session.close("key_conflict", opened))
+            return
         acknowledged = dict(opened.acknowledged)
         self._backlog.begin(hello.event_logs, acknowledged, self._now_ns())
         await self._perform_all(self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns()))
