@@ -16,6 +16,7 @@ from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
     Challenge,
     EventReport,
+    EventsAcknowledged,
     Goodbye,
     Hello,
     Message,
@@ -36,7 +37,11 @@ SESSION_WITHIN_S = 60.0
 
 @dataclass
 class WireVehicle:
-    """`run` keeps it connected. orders: as they came; goodbyes: the codes with which the server closed."""
+    """`run` keeps it connected.
+
+    orders        as they came; goodbyes: the codes with which the server closed; hellos: how many it said
+    acknowledged  so many of its events, the first ones
+    """
 
     installation: Installation
     network: RoadNetwork
@@ -49,15 +54,14 @@ class WireVehicle:
     goodbyes: list[str] = field(default_factory=list)
     epoch: int = 0
     sequence: int = 0
+    acknowledged: int = 0
+    hellos: int = 0
     events: list[VehicleEvent] = field(default_factory=lambda: [ModeChanged("autonomous", detail="resumed")])
     _socket: ClientConnection | None = None
 
     async def enrol(self) -> None:
-        new = {"vehicle_id": self.vehicle_id, "name": self.vehicle_id, "seats": 6, "wheelchair_places": 1}
-        code = (await self.installation.ask("POST", "/enrolments/codes", new))["code"]
         public = base64.b64encode(self.key.public_key().public_bytes_raw()).decode()
-        enrolment = {"code": code, "vehicle_id": self.vehicle_id, "public_key": public}
-        await self.installation.ask("POST", "/enrolments", enrolment)
+        await self.installation.enrol(self.vehicle_id, public)
 
     async def run(self) -> None:
         while True:
@@ -93,6 +97,14 @@ class WireVehicle:
     def report(self, event: VehicleEvent) -> None:
         """Kept, in order, until the server has acknowledged it."""
         self.events.append(event)
+
+    async def send_events(self, socket: ClientConnection | None = None) -> None:
+        """Those that are not sent yet. socket: None for the present one"""
+        socket = socket or await self._open_socket()
+        for event in self.events[self.sequence :]:
+            report = EventReport(self.epoch, self.boot_id, self.sequence, self.sequence + 1, event)
+            self.sequence += 1
+            await socket.send(encode(report).decode())
 
     def status(self) -> Status:
         place = self.network.road_map.resting_places[self.resting_place]
@@ -133,13 +145,17 @@ class WireVehicle:
     async def _heard(self, socket: ClientConnection, message: ServerMessage) -> None:
         if isinstance(message, Challenge):
             await socket.send(encode(self.hello(message.nonce)).decode())
+            self.hellos += 1
         elif isinstance(message, Welcome):
             stored = {log.boot_id: log.first_unacknowledged for log in message.acknowledged}
             self.epoch, self.sequence = message.epoch, stored.get(self.boot_id, 0)
+            self.acknowledged = max(self.acknowledged, self.sequence)
             self._socket = socket
         elif isinstance(message, Order):
             self.orders.append(message)
             await socket.send(encode(OrderAccepted(self.epoch, message.order_id, message.revision)).decode())
+        elif isinstance(message, EventsAcknowledged):
+            self.acknowledged = max(self.acknowledged, message.next_sequence)
         elif isinstance(message, Goodbye):
             self.goodbyes.append(message.code)
 
@@ -148,10 +164,7 @@ class WireVehicle:
             await asyncio.sleep(STATUS_EVERY_S)
             if self._socket is not socket:
                 continue
-            for event in self.events[self.sequence :]:
-                report = EventReport(self.epoch, self.boot_id, self.sequence, self.sequence + 1, event)
-                self.sequence += 1
-                await socket.send(encode(report).decode())
+            await self.send_events(socket)
             await socket.send(encode(self.status()).decode())
 
 

@@ -34,7 +34,7 @@ PUSH_EVERY_S = 1.0
 # A server that stops has so many vehicles on their way to other servers at a time, and all away after the
 # longest time. One that is not taken up for so long is not waited for.
 AWAY_MAX = 20
-LEAVE_WITHIN_S = 20.0
+LEAVE_WITHIN_S = 40.0
 TAKEN_UP_WITHIN_S = 1.5
 LEAVE_STEP_S = 0.02
 # Meanwhile it writes seldom: after each of its commits the servers that open the sessions read the fleet again.
