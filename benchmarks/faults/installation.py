@@ -65,6 +65,11 @@ class Installation:
         return self.folder / "campusloop.db"
 
     @property
+    def url(self) -> str:
+        """Of the database, as SQLAlchemy has it."""
+        return self.database_url or f"sqlite:///{self.sqlite_file}"
+
+    @property
     def process(self) -> psutil.Process:
         assert self._process is not None
         return psutil.Process(self._process.pid)

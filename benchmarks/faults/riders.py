@@ -69,11 +69,13 @@ class Riders:
 
     async def lost_and_doubled(self) -> tuple[int, int]:
         """How many acknowledged rides are not there any more, and how many keys were given two rides."""
+        # Riders may go on meanwhile.
+        acknowledged, tokens = list(self.acknowledged), dict(self.tokens)
         there = set()
         async with httpx.AsyncClient(base_url=f"{self.origin}/api/v1", trust_env=False, timeout=20.0) as http:
-            for ride_id, token in self.tokens.items():
+            for ride_id, token in tokens.items():
                 if (await http.get(f"/rides/{token}")).status_code == 200:
                     there.add(ride_id)
         at_s = time.monotonic() - self.begun_s
-        lost = lost_bookings(at_s, self.acknowledged, there)
-        return len(lost), len(doubled_bookings(at_s, self.acknowledged))
+        lost = lost_bookings(at_s, acknowledged, there)
+        return len(lost), len(doubled_bookings(at_s, acknowledged))

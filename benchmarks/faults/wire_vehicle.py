@@ -41,6 +41,7 @@ class WireVehicle:
 
     orders        as they came; goodbyes: the codes with which the server closed; hellos: how many it said
     acknowledged  so many of its events, the first ones
+    port          that it dials; None: the server's
     """
 
     installation: Installation
@@ -57,6 +58,7 @@ class WireVehicle:
     acknowledged: int = 0
     hellos: int = 0
     events: list[VehicleEvent] = field(default_factory=lambda: [ModeChanged("autonomous", detail="resumed")])
+    port: int | None = None
     _socket: ClientConnection | None = None
 
     async def enrol(self) -> None:
@@ -66,7 +68,8 @@ class WireVehicle:
     async def run(self) -> None:
         while True:
             try:
-                async with connect(self.installation.websocket("/ws/vehicle"), open_timeout=10) as socket:
+                url = f"ws://127.0.0.1:{self.port or self.installation.port}/ws/vehicle"
+                async with connect(url, open_timeout=10) as socket:
                     await self._converse(socket)
             except (OSError, TimeoutError, ConnectionClosed, EOFError):
                 pass
@@ -94,6 +97,21 @@ class WireVehicle:
         (await self._open_socket()).transport.abort()
         self._socket = None
 
+    async def redial(self) -> None:
+        """Cut the connection, and wait until a new one is served."""
+        await self.cut()
+        self.epoch = 0
+        await self._open_socket()
+        await self.until_served()
+
+    async def freeze(self, seconds: float) -> None:
+        """Read nothing for so long."""
+        transport = (await self._open_socket()).transport
+        transport.pause_reading()
+        await asyncio.sleep(seconds)
+        if not transport.is_closing():
+            transport.resume_reading()
+
     def report(self, event: VehicleEvent) -> None:
         """Kept, in order, until the server has acknowledged it."""
         self.events.append(event)
@@ -113,6 +131,9 @@ class WireVehicle:
             self.epoch, 1, pose, 0.0, 0.0, 0.0, "autonomous", 0.9, False, place.lane_id, place.s_m, "", 0, ""
         )
 
+    def sign(self, text: bytes) -> str:
+        return base64.b64encode(self.key.sign(text)).decode()
+
     def hello(self, nonce: str) -> Hello:
         text = signed_hello(nonce, self.vehicle_id, self.boot_id, 1)
         return Hello(
@@ -120,7 +141,7 @@ class WireVehicle:
             vehicle_id=self.vehicle_id,
             boot_id=self.boot_id,
             nonce=nonce,
-            signature=base64.b64encode(self.key.sign(text)).decode(),
+            signature=self.sign(text),
             software="faults",
             stack="none",
             map_version=self.network.map_version,

@@ -1,6 +1,6 @@
 """SIGKILL again and again, and nothing acknowledged may be lost: `make soak-kill N=500`.
 
-    python -m benchmarks.kills [--kills 500] [--database sqlite postgresql] [--seed S] [--json FILE]
+    python -m benchmarks.kills [--kills 500] [--minutes M] [--database sqlite postgresql] [--seed S] [--json FILE]
 
 One server, its database, a NATS server, a vehicle's link process with its outbox, and riders who book: each
 is killed at random moments and at named points of the protocol (`benchmarks/kills/points.py`), and started
@@ -28,6 +28,7 @@ def main() -> None:
     parser.add_argument(
         "--database", nargs="+", choices=["sqlite", "postgresql"], default=["sqlite", "postgresql"]
     )
+    parser.add_argument("--minutes", type=float, default=24 * 60.0, help="no further kill after this time")
     parser.add_argument("--seed", type=int, default=None)
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
@@ -39,7 +40,8 @@ def main() -> None:
         print(f"{database}: {kills} kills, seed {seed}", flush=True)
         begun_s = time.monotonic()
         with tempfile.TemporaryDirectory(prefix="campusloop-kills-") as folder:
-            done = asyncio.run(kill_often(database, kills, seed, Path(folder)))
+            within_s = 60.0 * args.minutes / len(args.database)
+            done = asyncio.run(kill_often(database, kills, within_s, seed, Path(folder)))
         rows.append(_row(done, time.monotonic() - begun_s))
         for point, count in sorted(done.kills.items()):
             print(f"{database}: {count} x {point}")

@@ -18,7 +18,11 @@ RESTART_AFTER_S = 0.3
 class AgentProcess:
     """boots: how often it was started. events: how many it has noted as on disk since this program began."""
 
-    def __init__(self, installation: Installation, vehicle_id: str, resting_place: int) -> None:
+    def __init__(
+        self, installation: Installation, vehicle_id: str, resting_place: int, port: int | None
+    ) -> None:
+        """port: None for the server's own"""
+        self._port = port or installation.port
         self.folder = installation.folder / vehicle_id
         self.folder.mkdir()
         self.vehicle_id = vehicle_id
@@ -34,7 +38,7 @@ class AgentProcess:
     async def keep_running(self) -> None:
         while True:
             self.boots += 1
-            place, url = str(self._resting_place), self._installation.websocket("")
+            place, url = str(self._resting_place), f"ws://127.0.0.1:{self._port}"
             command = [sys.executable, "-m", "benchmarks.kills.agent", str(self.folder), url]
             with (self.folder / "agent.log").open("ab") as journal:
                 self._process = await asyncio.create_subprocess_exec(
@@ -52,14 +56,24 @@ class AgentProcess:
             await self._process.wait()
             await asyncio.sleep(RESTART_AFTER_S)
 
+    @property
+    def pid(self) -> int:
+        assert self._process is not None
+        return self._process.pid
+
     def kill(self) -> None:
         if self._process is not None and self._process.returncode is None:
             self._process.kill()
 
+    def promised(self) -> dict[tuple[str, str], dict[int, str]]:
+        """Events that the server must store."""
+        return {(self.vehicle_id, boot_id): events for boot_id, events in self.durable().items()}
+
     def durable(self) -> dict[str, dict[int, str]]:
         """Events on the vehicle's disk: by boot, then number. The last line may be cut by a kill."""
         found: dict[str, dict[int, str]] = {}
-        for line in (self.folder / "durable.jsonl").read_bytes().split(b"\n")[:-1]:
+        noted = self.folder / "durable.jsonl"
+        for line in (noted.read_bytes() if noted.exists() else b"").split(b"\n")[:-1]:
             event = msgspec.json.decode(line, type=DurableEvent)
             found.setdefault(event.boot_id, {})[event.sequence] = event.body
         return found
@@ -67,9 +81,9 @@ class AgentProcess:
 
 @asynccontextmanager
 async def an_agent(
-    installation: Installation, vehicle_id: str, resting_place: int
+    installation: Installation, vehicle_id: str, resting_place: int, port: int | None = None
 ) -> AsyncIterator[AgentProcess]:
-    agent = AgentProcess(installation, vehicle_id, resting_place)
+    agent = AgentProcess(installation, vehicle_id, resting_place, port)
     await agent.enrol()
     running = asyncio.create_task(agent.keep_running())
     try:

@@ -68,17 +68,17 @@ class _Campus:
     vehicle: WireVehicle
     agent: AgentProcess
 
-    @property
-    def url(self) -> str:
-        return self.installation.database_url or f"sqlite:///{self.installation.sqlite_file}"
 
-
-async def kill_often(database: str, kills: int, seed: int, folder: Path) -> Campaign:
+async def kill_often(database: str, kills: int, within_s: float, seed: int, folder: Path) -> Campaign:
+    """within_s: no further kill after this time"""
+    until_s = time.monotonic() + within_s
     done, rng = Campaign(database, seed), random.Random(f"{seed} {database}")
     async with _a_campus(database, seed, folder) as campus:
         points = Points(campus.riders, campus.vehicle, campus.agent, rng)
         try:
             for number in range(1, kills + 1):
+                if time.monotonic() > until_s:
+                    break
                 await _kill_once(campus, points, rng, done)
                 if number % _PROGRESS_EVERY == 0:
                     booked, failed = len(campus.riders.acknowledged), len(campus.riders.failures)
