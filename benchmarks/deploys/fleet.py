@@ -14,7 +14,7 @@ from benchmarks.ingest.fleet_keys import vehicle_key, vehicle_name
 from benchmarks.ingest.ledger import AckLedger
 from benchmarks.ingest.load import Beat, Sockets
 from benchmarks.ingest.messages import EventFrames, hello_payload, status_payload
-from contract.wire.close_reasons import Retry, close_reason
+from contract.wire.close_reasons import Retry, retry_after
 from contract.wire.codec import encode
 from contract.wire.messages import Goodbye, Order, OrderAccepted
 from vehicle_agent.link.redial import Redial
@@ -40,7 +40,7 @@ class DeployedConnection(VehicleConnection):
     def message(self, payload: bytes, now_s: float) -> None:
         self.heard_s = now_s
         if b'"type":"goodbye"' in payload:
-            self.retry = close_reason(msgspec.json.decode(payload, type=Goodbye).code).retry
+            self.retry = retry_after(msgspec.json.decode(payload, type=Goodbye).code)
         elif b'"type":"order"' in payload:
             order = msgspec.json.decode(payload, type=Order)
             self.send(encode(OrderAccepted(self.epoch, order.order_id, order.revision)))

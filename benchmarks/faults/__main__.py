@@ -176,6 +176,8 @@ async def _try(
             problem = f"{type(error).__name__}: {error}"
         sick = (await installation.readiness()).sick
     failed = len(stage.riders.failures)
+    if failed and not problem:
+        problem = f"a booking was answered with {stage.riders.failures[0]}"
     return {
         "fault": fault.__name__,
         "database": database,

@@ -1,6 +1,7 @@
 """SIGKILL again and again, and nothing acknowledged may be lost: `make soak-kill N=500`.
 
-    python -m benchmarks.kills [--kills 500] [--minutes M] [--database sqlite postgresql] [--seed S] [--json FILE]
+    python -m benchmarks.kills [--kills 500] [--minutes M] [--database sqlite postgresql] [--seed S]
+        [--json FILE]
 
 One server, its database, a NATS server, a vehicle's link process with its outbox, and riders who book: each
 is killed at random moments and at named points of the protocol (`benchmarks/kills/points.py`), and started

@@ -92,7 +92,9 @@ async def kill_often(database: str, kills: int, within_s: float, seed: int, fold
         except TimeoutError as error:
             done.ended = f"after {done.kills.total()} kills: {error}"
         done.sick = (await campus.installation.readiness()).sick
-        done.violations, done.events = await verdict(campus.url, campus.riders, campus.vehicle, campus.agent)
+        done.violations, done.events = await verdict(
+            campus.installation.url, campus.riders, campus.vehicle, campus.agent
+        )
         done.bookings, done.failures = len(campus.riders.acknowledged), len(campus.riders.failures)
     return done
 

@@ -90,6 +90,12 @@ def close_reason(code: CloseCode) -> CloseReason:
     return _BY_CODE[code]
 
 
+def retry_after(code: str) -> Retry:
+    """What to do after a goodbye with this code; later for one that only a newer server knows."""
+    row = next((row for row in CLOSE_REASONS if row.code == code), None)
+    return "later" if row is None else row.retry
+
+
 def close_reason_of_number(number: int) -> CloseReason | None:
     """The row of a websocket close code; None for codes of the websocket protocol itself (1000-3999)."""
     return _BY_NUMBER.get(number)

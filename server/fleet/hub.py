@@ -37,7 +37,7 @@ AWAY_MAX = 20
 LEAVE_WITHIN_S = 40.0
 TAKEN_UP_WITHIN_S = 1.5
 LEAVE_STEP_S = 0.02
-# Meanwhile it writes seldom: after each of its commits the servers that open the sessions read the fleet again.
+# Meanwhile it writes seldom: after each of its commits the servers that open sessions read the fleet again.
 LEAVING_BATCH_EVERY_S = 0.5
 # Shuttles receive each other's positions within this distance: the view ahead and both bodies.
 FLEET_VEHICLES_M = 60.0

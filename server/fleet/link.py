@@ -30,6 +30,7 @@ from contract.wire.messages import (
 )
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.fleet.vehicles import VehicleSession as OpenedSession
 from server.domain.instants import ns_of
 from server.fleet.actions import (
     Action,
@@ -267,7 +268,7 @@ class Link:
     async def _open(self, hello: Hello) -> None:
         facts = facts_of(hello)
 
-        def work(uow: UnitOfWork) -> str | vehicle_sessions.VehicleSession:
+        def work(uow: UnitOfWork) -> str | OpenedSession:
             conflict = vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
             return conflict or vehicle_sessions.open_session(uow, facts)
 

@@ -12,7 +12,7 @@ import structlog
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
-from contract.wire.close_reasons import Retry, close_reason
+from contract.wire.close_reasons import Retry, retry_after
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.redial import Redial
@@ -86,7 +86,7 @@ class LinkClient:
         self._deliver_messages()
         if refusal is None:
             return "later"
-        retry = close_reason(refusal.code).retry
+        retry = retry_after(refusal.code)
         tell = log.info if retry == "at_once" else log.error
         tell("link.refused", vehicle_id=vehicle_id, code=refusal.code, detail=refusal.detail)
         return retry

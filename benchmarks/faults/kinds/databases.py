@@ -106,7 +106,8 @@ async def connections_used_up(stage: Stage) -> None:
     """Others have all connections of the database for 8 s, and the server's own are ended."""
 
     def use_up() -> None:
-        url, held = stage.installation.database_url, []
+        url = stage.installation.database_url
+        held: list[psycopg.Connection] = []
         try:
             with psycopg.connect(url, autocommit=True) as control:
                 while len(held) < 200:

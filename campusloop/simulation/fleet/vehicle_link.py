@@ -6,7 +6,7 @@ from campusloop.simulation.clocks import BootClock
 from campusloop.simulation.network import Network
 from campusloop.simulation.timeline import Timeline
 from campusloop.simulation.wire import End
-from contract.wire.close_reasons import close_reason
+from contract.wire.close_reasons import retry_after
 from contract.wire.codec import WireError
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.link.session import VehicleSession
@@ -115,7 +115,7 @@ class VehicleLink:
 
     def _dial_later(self) -> None:
         refusal = self._session.refusal
-        retry = "later" if refusal is None else close_reason(refusal.code).retry
+        retry = "later" if refusal is None else retry_after(refusal.code)
         wait_s = self._redial.wait_s(was_welcomed=self._was_welcomed, retry=retry)
         self._was_welcomed = False
         self._timeline.after(wait_s, self._dial)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from websockets.asyncio.client import connect
 
-from contract.wire.close_reasons import close_reason
+from contract.wire.close_reasons import retry_after
 from contract.wire.codec import decode_from_server
 from contract.wire.messages import Goodbye
 from tests.campusloop.live.live_server import live_server, obedient_vehicle
@@ -20,8 +20,8 @@ def test_vehicles_hear_that_the_server_leaves_and_may_dial_again_at_once(tmp_pat
                     await asyncio.sleep(0.01)
             goodbye = vehicle.heard[-1]
             assert isinstance(goodbye, Goodbye)
-            assert close_reason(goodbye.code).code == "server_leaving"
-            assert close_reason(goodbye.code).retry == "at_once"
+            assert goodbye.code == "server_leaving"
+            assert retry_after(goodbye.code) == "at_once"
 
     asyncio.run(scenario())
 
