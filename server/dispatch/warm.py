@@ -38,8 +38,9 @@ def warm_bookings() -> None:
     requests = {request.request_id: request for request in (late, new, far)}
     problem = Problem((vehicle,), requests, line, ("new", "far"), (departure,), 10.0)
     solve(problem, Budget(1, 10), 1)
-    # A booking taken and one refused, with what is offered instead.
-    schedule = Schedule(replace(problem, open_chains=()))
+    # A booking taken, which a second shuttle could have had, and one refused, with what is offered instead.
+    other = VehicleState("w", line[3], 0.0, 4, 1)
+    schedule = Schedule(replace(problem, vehicles=(vehicle, other), open_chains=()))
     for request in (new, far):
         schedule.add(request)
     near = tuple((Walk((place + 1) % 4, 60.0),) for place in range(4))
