@@ -14,6 +14,7 @@ import structlog
 
 from contract.geometry import Pose2
 from contract.tracing import rides_of
+from contract.wire.bounds import LONG_CHARACTERS_MAX
 from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
 from contract.wire.messages import (
@@ -257,7 +258,9 @@ class Link:
     def _say_goodbye(self, action: Close) -> None:
         row = close_reason(action.code)
         log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
-        self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
+        # What the vehicle sent may be quoted in it, and may be longer than the wire allows.
+        detail = action.detail[: LONG_CHARACTERS_MAX - len(row.advice) - 2]
+        self._transport.send(encode(Goodbye(row.code, f"{detail}. {row.advice}")))
         self._transport.close(row.number, row.code)
         self._finish()
 

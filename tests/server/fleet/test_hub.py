@@ -301,6 +301,13 @@ def test_a_server_that_stops_says_so(server: ServerUnderTest) -> None:
     assert vehicle.goodbye == "server_leaving"
 
 
+def test_a_farewell_that_quotes_a_long_text_fits_the_wire(server: ServerUnderTest) -> None:
+    link = SpokenVehicle(server).dial().hello()
+    server.hub._links["shuttle-1"].end("server_fault", 5_000 * "z")
+    server.elapse(0.2)
+    assert link.goodbye == "server_fault"
+
+
 def many_vehicles(server: ServerUnderTest, count: int) -> list[SpokenVehicle]:
     spoken = [SpokenVehicle(server).dial().hello()]
     for number in range(2, count + 1):
