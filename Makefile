@@ -9,7 +9,7 @@ PY := $(BIN)/python
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak mutants maps peers lock oracle generators \
+  lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers lock oracle generators \
   cluster tracing sbom clean
 
 help:
@@ -19,6 +19,7 @@ help:
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make soak-kill  SIGKILL of server, agent, database and broker, again and again (N=500)"
 	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make generators  install what tests check the specifications with (CI does)"
@@ -136,6 +137,10 @@ bench: setup
 
 soak: setup .venv/mutants-installed
 	$(PY) -m tests.soak $(ARGS)
+
+N ?= 500
+soak-kill: setup
+	$(PY) -m benchmarks.kills --kills $(N) $(ARGS)
 
 # Wrong changes, one at a time in a copy of the tree, and whether the short tests notice (benchmarks/mutants).
 SAMPLE ?= 300

@@ -28,7 +28,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--only", nargs="*", default=[], help="names of attacks; default: all")
-    parser.add_argument("--fuzz", type=int, default=0, help="so many requests made from the documents")
+    parser.add_argument(
+        "--fuzz", type=int, default=0, help="so many requests, and messages of sockets, from the documents"
+    )
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(50))
@@ -54,10 +56,12 @@ async def _run(only: list[str], fuzz_requests: int, seed: int) -> tuple[list[Row
             for kind in (operators, tokens):
                 await kind.prepare(generous)
             rows = [await _tried(one, default if one.budgets else generous) for one in chosen]
-            fuzzed = {"requests": 0, "server_errors": 0}
+            fuzzed, spoken = {"requests": 0, "server_errors": 0}, {"messages": 0, "server_errors": 0}
             if fuzz_requests:
                 from benchmarks.attacks.fuzz import fuzz
+                from benchmarks.attacks.socket_fuzz import fuzz_sockets
 
+                spoken = await fuzz_sockets(generous, fuzz_requests, seed)
                 fuzzed = await fuzz(generous, fuzz_requests, seed)
     for leak in leaks:
         print("leak:", leak)
@@ -68,7 +72,8 @@ async def _run(only: list[str], fuzz_requests: int, seed: int) -> tuple[list[Row
         "succeed_without_control": sum(row["succeeds_without_control"] is True for row in rows),
         "controls_that_were_taken_away": sum(row["succeeds_without_control"] is not None for row in rows),
         "fuzz_requests": fuzzed["requests"],
-        "server_errors": fuzzed["server_errors"],
+        "fuzz_socket_messages": spoken["messages"],
+        "server_errors": fuzzed["server_errors"] + spoken["server_errors"],
     }
 
 

@@ -1,31 +1,24 @@
-"""Requests made from the OpenAPI document, and messages from the methods of the developer socket.
+"""Requests made from the OpenAPI document.
 
-Only an answer of 500 or more, or a socket that ends as failed, counts: what the server refuses is right.
+Only an answer of 500 or more counts: what the server refuses is right.
 """
 
 import asyncio
 import json
 import random
-from collections.abc import Awaitable, Iterator
+from collections.abc import Awaitable
 from typing import Any
 
 import httpx
 import schemathesis
-from hypothesis import HealthCheck, Phase, given, seed, settings
-from hypothesis.errors import Unsatisfiable
-from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed
 
+from benchmarks.attacks.generation import cases
 from benchmarks.attacks.target import ROLES, Target, bearer
 from server.api.routers import bare_app
-from server.api.sockets.json_rpc import BATCH_MAX
 
 AT_A_TIME = 50
-SOCKET_SHARE = 10
-INTERNAL_ERROR = 1011
 ANSWERED_WITHIN_S = 40.0
 PROGRESS_EVERY = 1_000
-ODD: tuple[Any, ...] = ("", "x" * 300, -1, 1 << 70, 1e308, None, True, [], {}, "\x00", "shuttle-1", "NN7")
 
 
 async def fuzz(target: Target, requests: int, seed_number: int) -> dict[str, int]:
@@ -40,18 +33,15 @@ async def fuzz(target: Target, requests: int, seed_number: int) -> dict[str, int
         operation = rng.choice(operations)
         if operation.path.endswith("/session") and operation.method.upper() == "DELETE":
             continue
-        cases = list(_cases(operation, rng.getrandbits(32)))
+        made = cases(operation, rng.getrandbits(32), AT_A_TIME)
         tried = [
             _in_time(_fails(target, case, rng.choice((session.headers, bearer(secret), {}))), operation.path)
-            for case in cases
+            for case in made
         ]
         errors += sum(await asyncio.gather(*tried))
-        sent += len(cases)
-        if sent // PROGRESS_EVERY > (sent - len(cases)) // PROGRESS_EVERY:
+        sent += len(made)
+        if sent // PROGRESS_EVERY > (sent - len(made)) // PROGRESS_EVERY:
             print(f"{sent} requests, {errors} failed", flush=True)
-    for _ in range(requests // SOCKET_SHARE):
-        sent += 1
-        errors += await _in_time(_socket_fails(target, rng, secret), "/ws/developer")
     return {"requests": sent, "server_errors": errors}
 
 
@@ -63,28 +53,6 @@ async def _in_time(tried: Awaitable[bool], path: str) -> bool:
     except TimeoutError:
         print("no answer:", path, flush=True)
         return True
-
-
-def _cases(operation: Any, number: int) -> Iterator[Any]:
-    made: list[Any] = []
-
-    @seed(number)
-    @settings(
-        max_examples=AT_A_TIME,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(case=operation.as_strategy())
-    def collect(case: Any) -> None:
-        made.append(case)
-
-    try:
-        collect()
-    except Unsatisfiable:
-        return
-    yield from made
 
 
 async def _fails(target: Target, case: Any, headers: dict[str, str]) -> bool:
@@ -111,22 +79,4 @@ async def _fails(target: Target, case: Any, headers: dict[str, str]) -> bool:
     if answer.status_code >= 500 and answer.json().get("code") == "server_fault":
         print("server error:", asked["method"], asked["url"], asked.get("params"), content, answer.text[:200])
         return True
-    return False
-
-
-async def _socket_fails(target: Target, rng: random.Random, secret: str) -> bool:
-    methods = ("list_vehicles", "list_rides", "send_to_stop", "pause", "resume", "subscribe", "no_method")
-    names = ("vehicle_id", "stop_id", "topics", "limit", "states", "dry_run", "idempotency_key", "x")
-    params = {name: rng.choice(ODD) for name in rng.sample(names, rng.randint(0, 4))}
-    request: Any = {"jsonrpc": "2.0", "id": rng.choice(ODD), "method": rng.choice(methods), "params": params}
-    if rng.random() < 0.1:
-        request = [request] * rng.randint(0, BATCH_MAX + 1)
-    try:
-        url = target.websocket("/ws/developer")
-        async with connect(url, additional_headers=bearer(secret), proxy=None) as socket:
-            await socket.send(json.dumps(request))
-            await socket.send('{"jsonrpc":"2.0","id":1,"method":"list_stops"}')
-            await socket.recv()
-    except ConnectionClosed as closed:
-        return closed.rcvd is not None and closed.rcvd.code == INTERNAL_ERROR
     return False

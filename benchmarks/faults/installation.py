@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ MAP = Path(__file__).resolve().parents[2] / "maps" / "shanghai-university" / "ma
 PASSWORD = "faults are tried on purpose"
 READY_WITHIN_S = 90.0
 RESTART_AFTER_S = 0.5
-STOP_WITHIN_S = 25.0
+STOP_WITHIN_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +35,20 @@ class Installation:
     """One server on loopback, its database, and an operator who is signed in.
 
     database_url  empty for an SQLite file in the folder
+    variables     further variables of its environment
     starts        how often the process has been started
     """
 
-    def __init__(self, folder: Path, database_url: str) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        database_url: str,
+        campus_map: Path = MAP,
+        variables: Mapping[str, str] | None = None,
+    ) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.database_url = folder, database_url
+        self.campus_map, self.variables = campus_map, variables or {}
         self.starts = 0
         self.port = free_port()
         self.origin = f"http://127.0.0.1:{self.port}"
@@ -54,6 +63,11 @@ class Installation:
     @property
     def sqlite_file(self) -> Path:
         return self.folder / "campusloop.db"
+
+    @property
+    def url(self) -> str:
+        """Of the database, as SQLAlchemy has it."""
+        return self.database_url or f"sqlite:///{self.sqlite_file}"
 
     @property
     def process(self) -> psutil.Process:
@@ -73,10 +87,20 @@ class Installation:
             "CAMPUSLOOP_COMMANDS_PER_MINUTE": "100000",
             "CAMPUSLOOP_BOOKINGS_PER_MINUTE": "100000",
             "CAMPUSLOOP_LOOKUPS_PER_MINUTE": "100000",
+            **self.variables,
         }
 
     def command(self, port: int) -> list[str]:
-        return [sys.executable, "-m", "campusloop", "serve", "--port", str(port), "--map", str(MAP)]
+        return [
+            sys.executable,
+            "-m",
+            "campusloop",
+            "serve",
+            "--port",
+            str(port),
+            "--map",
+            str(self.campus_map),
+        ]
 
     async def keep_running(self) -> None:
         """Start the process, and start it again whenever it has ended."""
@@ -112,6 +136,16 @@ class Installation:
             await asyncio.sleep(0.2)
         return time.monotonic() - begun
 
+    async def replace(self) -> float:
+        """End the process in order; seconds until the next one works. Raises TimeoutError."""
+        begun, starts = time.monotonic(), self.starts
+        self.kill(signal.SIGTERM)
+        async with asyncio.timeout(STOP_WITHIN_S):
+            while self.starts == starts:  # noqa: ASYNC110 - it is a process
+                await asyncio.sleep(0.05)
+        await self.until_ready()
+        return time.monotonic() - begun
+
     async def sign_in(self) -> None:
         answer = await self.http.post("/session", json={"name": "operator", "password": PASSWORD})
         answer.raise_for_status()
@@ -121,6 +155,13 @@ class Installation:
         answer = await self.http.request(method, path, json=body)
         answer.raise_for_status()
         return answer.json()
+
+    async def enrol(self, vehicle_id: str, public_key: str) -> None:
+        """By a code, as an operator does."""
+        new = {"vehicle_id": vehicle_id, "name": vehicle_id, "seats": 6, "wheelchair_places": 1}
+        code = (await self.ask("POST", "/enrolments/codes", new))["code"]
+        enrolment = {"code": code, "vehicle_id": vehicle_id, "public_key": public_key}
+        await self.ask("POST", "/enrolments", enrolment)
 
     async def close(self) -> None:
         self._runs = False
@@ -138,9 +179,14 @@ class Installation:
 
 
 @asynccontextmanager
-async def an_installation(folder: Path, database_url: str) -> AsyncIterator[Installation]:
+async def an_installation(
+    folder: Path,
+    database_url: str,
+    campus_map: Path = MAP,
+    variables: Mapping[str, str] | None = None,
+) -> AsyncIterator[Installation]:
     """Ready, and signed in; stopped at the end."""
-    installation = Installation(folder, database_url)
+    installation = Installation(folder, database_url, campus_map, variables)
     running = asyncio.create_task(installation.keep_running())
     try:
         await installation.until_ready()

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import httpx
 
-from benchmarks.faults.installation import Installation
 from campusloop.simulation.history.records import AcknowledgedBooking
 from campusloop.simulation.history.rides import doubled_bookings, lost_bookings
 
@@ -17,24 +16,24 @@ from campusloop.simulation.history.rides import doubled_bookings, lost_bookings
 class Riders:
     """`run` books again and again; each booking is repeated with its key until it is answered.
 
-    tokens     of acknowledged rides, by ride id
-    answers_s  how long each answered request took
-    failures   answers that say that the server has a defect (500), by text
+    tokens      of acknowledged rides, by ride id
+    answers_s   how long each answered request took
+    failures    answers that say that the server has a defect (500), by text
+    unanswered  requests whose connection ended first
     """
 
-    installation: Installation
+    origin: str
     stops: list[str]
     seed: int
     acknowledged: list[AcknowledgedBooking] = field(default_factory=list)
     tokens: dict[str, str] = field(default_factory=dict)
     answers_s: list[float] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
+    unanswered: int = 0
     begun_s: float = field(default_factory=time.monotonic)
 
     async def run(self, clients: int = 4) -> None:
-        async with httpx.AsyncClient(
-            base_url=f"{self.installation.origin}/api/v1", trust_env=False, timeout=20.0
-        ) as http:
+        async with httpx.AsyncClient(base_url=f"{self.origin}/api/v1", trust_env=False, timeout=20.0) as http:
             await asyncio.gather(
                 *(self._book_often(http, random.Random(self.seed + n)) for n in range(clients))
             )
@@ -49,6 +48,7 @@ class Riders:
             try:
                 answer = await http.post("/rides", json=request, headers={"Idempotency-Key": key})
             except httpx.TransportError:
+                self.unanswered += 1
                 await asyncio.sleep(0.5)
                 continue
             self.answers_s.append(time.monotonic() - begun)
@@ -69,11 +69,13 @@ class Riders:
 
     async def lost_and_doubled(self) -> tuple[int, int]:
         """How many acknowledged rides are not there any more, and how many keys were given two rides."""
+        # Riders may go on meanwhile.
+        acknowledged, tokens = list(self.acknowledged), dict(self.tokens)
         there = set()
-        for ride_id, token in self.tokens.items():
-            answer = await self.installation.http.get(f"/rides/{token}")
-            if answer.status_code == 200:
-                there.add(ride_id)
+        async with httpx.AsyncClient(base_url=f"{self.origin}/api/v1", trust_env=False, timeout=20.0) as http:
+            for ride_id, token in tokens.items():
+                if (await http.get(f"/rides/{token}")).status_code == 200:
+                    there.add(ride_id)
         at_s = time.monotonic() - self.begun_s
-        lost = lost_bookings(at_s, self.acknowledged, there)
-        return len(lost), len(doubled_bookings(at_s, self.acknowledged))
+        lost = lost_bookings(at_s, acknowledged, there)
+        return len(lost), len(doubled_bookings(at_s, acknowledged))

@@ -16,6 +16,7 @@ from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
     Challenge,
     EventReport,
+    EventsAcknowledged,
     Goodbye,
     Hello,
     Message,
@@ -36,7 +37,12 @@ SESSION_WITHIN_S = 60.0
 
 @dataclass
 class WireVehicle:
-    """`run` keeps it connected. orders: as they came; goodbyes: the codes with which the server closed."""
+    """`run` keeps it connected.
+
+    orders        as they came; goodbyes: the codes with which the server closed; hellos: how many it said
+    acknowledged  so many of its events, the first ones
+    port          that it dials; None: the server's
+    """
 
     installation: Installation
     network: RoadNetwork
@@ -49,20 +55,21 @@ class WireVehicle:
     goodbyes: list[str] = field(default_factory=list)
     epoch: int = 0
     sequence: int = 0
+    acknowledged: int = 0
+    hellos: int = 0
     events: list[VehicleEvent] = field(default_factory=lambda: [ModeChanged("autonomous", detail="resumed")])
+    port: int | None = None
     _socket: ClientConnection | None = None
 
     async def enrol(self) -> None:
-        new = {"vehicle_id": self.vehicle_id, "name": self.vehicle_id, "seats": 6, "wheelchair_places": 1}
-        code = (await self.installation.ask("POST", "/enrolments/codes", new))["code"]
         public = base64.b64encode(self.key.public_key().public_bytes_raw()).decode()
-        enrolment = {"code": code, "vehicle_id": self.vehicle_id, "public_key": public}
-        await self.installation.ask("POST", "/enrolments", enrolment)
+        await self.installation.enrol(self.vehicle_id, public)
 
     async def run(self) -> None:
         while True:
             try:
-                async with connect(self.installation.websocket("/ws/vehicle"), open_timeout=10) as socket:
+                url = f"ws://127.0.0.1:{self.port or self.installation.port}/ws/vehicle"
+                async with connect(url, open_timeout=10) as socket:
                     await self._converse(socket)
             except (OSError, TimeoutError, ConnectionClosed, EOFError):
                 pass
@@ -90,9 +97,32 @@ class WireVehicle:
         (await self._open_socket()).transport.abort()
         self._socket = None
 
+    async def redial(self) -> None:
+        """Cut the connection, and wait until a new one is served."""
+        await self.cut()
+        self.epoch = 0
+        await self._open_socket()
+        await self.until_served()
+
+    async def freeze(self, seconds: float) -> None:
+        """Read nothing for so long."""
+        transport = (await self._open_socket()).transport
+        transport.pause_reading()
+        await asyncio.sleep(seconds)
+        if not transport.is_closing():
+            transport.resume_reading()
+
     def report(self, event: VehicleEvent) -> None:
         """Kept, in order, until the server has acknowledged it."""
         self.events.append(event)
+
+    async def send_events(self, socket: ClientConnection | None = None) -> None:
+        """Those that are not sent yet. socket: None for the present one"""
+        socket = socket or await self._open_socket()
+        for event in self.events[self.sequence :]:
+            report = EventReport(self.epoch, self.boot_id, self.sequence, self.sequence + 1, event)
+            self.sequence += 1
+            await socket.send(encode(report).decode())
 
     def status(self) -> Status:
         place = self.network.road_map.resting_places[self.resting_place]
@@ -101,6 +131,9 @@ class WireVehicle:
             self.epoch, 1, pose, 0.0, 0.0, 0.0, "autonomous", 0.9, False, place.lane_id, place.s_m, "", 0, ""
         )
 
+    def sign(self, text: bytes) -> str:
+        return base64.b64encode(self.key.sign(text)).decode()
+
     def hello(self, nonce: str) -> Hello:
         text = signed_hello(nonce, self.vehicle_id, self.boot_id, 1)
         return Hello(
@@ -108,7 +141,7 @@ class WireVehicle:
             vehicle_id=self.vehicle_id,
             boot_id=self.boot_id,
             nonce=nonce,
-            signature=base64.b64encode(self.key.sign(text)).decode(),
+            signature=self.sign(text),
             software="faults",
             stack="none",
             map_version=self.network.map_version,
@@ -133,13 +166,17 @@ class WireVehicle:
     async def _heard(self, socket: ClientConnection, message: ServerMessage) -> None:
         if isinstance(message, Challenge):
             await socket.send(encode(self.hello(message.nonce)).decode())
+            self.hellos += 1
         elif isinstance(message, Welcome):
             stored = {log.boot_id: log.first_unacknowledged for log in message.acknowledged}
             self.epoch, self.sequence = message.epoch, stored.get(self.boot_id, 0)
+            self.acknowledged = max(self.acknowledged, self.sequence)
             self._socket = socket
         elif isinstance(message, Order):
             self.orders.append(message)
             await socket.send(encode(OrderAccepted(self.epoch, message.order_id, message.revision)).decode())
+        elif isinstance(message, EventsAcknowledged):
+            self.acknowledged = max(self.acknowledged, message.next_sequence)
         elif isinstance(message, Goodbye):
             self.goodbyes.append(message.code)
 
@@ -148,10 +185,7 @@ class WireVehicle:
             await asyncio.sleep(STATUS_EVERY_S)
             if self._socket is not socket:
                 continue
-            for event in self.events[self.sequence :]:
-                report = EventReport(self.epoch, self.boot_id, self.sequence, self.sequence + 1, event)
-                self.sequence += 1
-                await socket.send(encode(report).decode())
+            await self.send_events(socket)
             await socket.send(encode(self.status()).decode())
 
 

@@ -90,7 +90,7 @@ def _campus(folder: Path, load: Load) -> tuple[CampusRun, Readback, list[Place]]
     where = places(road_map, load.vehicles)
     with served_campus(variables) as served:
         run, ledger = run_campus(served, load, where, road_map.map_version)
-    return run, read_back(database_of(folder), ledger, where), where
+    return run, read_back(database_of(folder), ledger.acknowledged_below, where), where
 
 
 def _campus_row(run: CampusRun, found: Readback) -> dict[str, float | int | str]:

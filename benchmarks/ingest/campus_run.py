@@ -123,5 +123,6 @@ def run_campus(
     return run, fleet.ledger
 
 
-def database_of(folder: Path) -> Path:
-    return folder / "campusloop.db"
+def database_of(folder: Path) -> str:
+    """The URL of the server's database."""
+    return f"sqlite:///{folder / 'campusloop.db'}"

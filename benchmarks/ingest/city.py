@@ -61,6 +61,13 @@ def places(road_map: RoadMap, vehicles: int) -> list[Place]:
     return found
 
 
+def resting_places(road_map: RoadMap, network: RoadNetwork) -> list[Place]:
+    return [
+        Place(place.lane_id, place.s_m, Pose2(*network.pose(place.lane_id, place.s_m)))
+        for place in road_map.resting_places
+    ]
+
+
 def _osm(street_m: float) -> str:
     """OpenStreetMap XML: two lanes on each street between neighbouring crossings."""
     step = street_m * _DEGREES_PER_M

@@ -17,10 +17,16 @@ class LoadFailed(Exception):
     """A connection ended, or did not open in time."""
 
 
+def _fail(connection: Connection) -> None:
+    raise LoadFailed(f"a connection ended: {connection.ended}")
+
+
 class Sockets:
     """Every connection of the generator, and the loop that reads them."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_end: Callable[[Connection], None] = _fail) -> None:
+        """on_end: called when a connection has ended; it raises LoadFailed, or removes the connection"""
+        self._on_end = on_end
         self._poll = select.epoll()
         self._by_descriptor: dict[int, Connection] = {}
 
@@ -35,7 +41,7 @@ class Sockets:
         self._poll.unregister(connection.socket.fileno())
 
     def turn(self, timeout_ms: float) -> None:
-        """Handle what can be read or written now. Raises LoadFailed when a connection has ended."""
+        """Handle what can be read or written now."""
         ready = self._poll.poll(timeout_ms / 1e3)
         now_s = time.perf_counter()
         for descriptor, events in ready:
@@ -47,7 +53,14 @@ class Sockets:
             if events & ~select.EPOLLOUT:
                 connection.readable(now_s)
             if connection.ended:
-                raise LoadFailed(f"a connection ended: {connection.ended}")
+                self._on_end(connection)
+
+    def remove(self, connection: Connection) -> None:
+        """Close it and forget it."""
+        descriptor = connection.socket.fileno()
+        self._poll.unregister(descriptor)
+        del self._by_descriptor[descriptor]
+        connection.socket.close()
 
     def send(self, connection: Connection, payload: bytes) -> None:
         connection.send(payload)

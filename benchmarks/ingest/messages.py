@@ -18,6 +18,7 @@ from contract.wire.messages import (
     Blocked,
     Challenge,
     DoorsChanged,
+    DriveMode,
     EventReport,
     FaultRaised,
     FaultReport,
@@ -70,17 +71,19 @@ def _pieces(body: VehicleEvent) -> tuple[bytes, bytes, bytes, bytes]:
     return before, middle, third, after
 
 
-def status_payload(place: Place, epoch: int, number: int) -> bytes:
-    """It reports another speed each time, so that screens have something to show."""
+def status_payload(
+    place: Place, epoch: int, number: int, mode: DriveMode = "held", speed_mps: float | None = None
+) -> bytes:
+    """speed_mps: None for another one each time, so that screens have something to show"""
     return encode(
         Status(
             epoch=epoch,
             stamp_ns=number,
             pose_map=place.pose_map,
-            speed_mps=4.0 + (number % 7) / 10.0,
+            speed_mps=4.0 + (number % 7) / 10.0 if speed_mps is None else speed_mps,
             accel_mps2=0.0,
             steer_rad=0.0,
-            mode="held",
+            mode=mode,
             battery_ratio=0.8,
             doors_open=False,
             lane_id=place.lane_id,

@@ -10,7 +10,7 @@ from rich.console import Console
 # EX_SOFTWARE of sysexits.h: an internal error; a service manager restarts the process.
 CANNOT_WORK = 70
 # What does not end by itself within this time is ended.
-END_WITHIN_S = 20.0
+END_WITHIN_S = 55.0
 
 
 class ProcessEnd:

@@ -19,6 +19,7 @@ import uvloop
 from campusloop.live.allocator import give_back_free_memory, use_one_arena
 from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
+from campusloop.live.draining_server import draining_server
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
@@ -143,7 +144,7 @@ async def _serve(settings: Settings, listening: socket.socket, clock: Clock, spa
         await live.ports.close()
         _refuse(str(error))
     _print_addresses(settings, live)
-    server = uvicorn.Server(config)
+    server = draining_server(config)
     end.stops(server)
     answer_promptly()
     await server.serve(sockets=[listening])

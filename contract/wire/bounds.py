@@ -21,7 +21,8 @@ SEATS_MAX = 200
 Id = Annotated[str, Meta(max_length=ID_CHARACTERS_MAX)]
 PlaceId = Annotated[str, Meta(max_length=NAME_CHARACTERS_MAX)]
 ShortText = Annotated[str, Meta(max_length=NAME_CHARACTERS_MAX)]
-LongText = Annotated[str, Meta(max_length=2_000)]
+LONG_CHARACTERS_MAX = 2_000
+LongText = Annotated[str, Meta(max_length=LONG_CHARACTERS_MAX)]
 # An unpadded Ed25519 signature has 86 characters; a nonce is ours.
 Proof = Annotated[str, Meta(max_length=200)]
 RideCode = Annotated[str, Meta(max_length=20)]

@@ -71,7 +71,12 @@ CLOSE_REASONS: tuple[CloseReason, ...] = (
         "Two agents use one key: stop one, or enrol it as a vehicle of its own; then close the incident.",
     ),
     CloseReason("too_slow", 4429, "at_once", "The agent does not read fast enough; dial again to resume."),
-    CloseReason("server_leaving", 4503, "later", "The server is stopping; dial again after a pause."),
+    CloseReason(
+        "server_leaving",
+        4503,
+        "at_once",
+        "The server is stopping; dial again now: another one, or soon this one, answers.",
+    ),
     CloseReason(
         "server_fault", 4500, "later", "The server failed to handle a frame; its log names the cause."
     ),
@@ -83,6 +88,12 @@ _BY_NUMBER = {row.number: row for row in CLOSE_REASONS}
 
 def close_reason(code: CloseCode) -> CloseReason:
     return _BY_CODE[code]
+
+
+def retry_after(code: str) -> Retry:
+    """What to do after a goodbye with this code; later for one that only a newer server knows."""
+    row = next((row for row in CLOSE_REASONS if row.code == code), None)
+    return "later" if row is None else row.retry
 
 
 def close_reason_of_number(number: int) -> CloseReason | None:

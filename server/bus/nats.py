@@ -11,6 +11,7 @@ log = structlog.get_logger("bus")
 
 PENDING_MAX = 4096
 FIRST_ATTEMPTS = 3
+FLUSH_WITHIN_S = 2
 
 
 class BusUnreachable(ConnectionError):
@@ -30,9 +31,9 @@ class NatsSubscription:
         return _topic(message.subject), message.data
 
     async def close(self) -> None:
-        """What has arrived is still delivered, then the reader ends."""
+        """The reader ends. Draining would wait for ever for what a cancelled reader has left."""
         try:
-            await self._feed.drain()  # type: ignore[no-untyped-call]
+            await self._feed.unsubscribe()
         except (ConnectionClosedError, BadSubscriptionError):
             return
 
@@ -61,10 +62,13 @@ class NatsBus:
         return NatsSubscription(feed)
 
     async def close(self) -> None:
-        try:
-            await self._client.drain()
-        except ConnectionClosedError:
-            return
+        """What was published is sent first, if the server is within reach."""
+        if self._client.is_connected:
+            try:
+                await self._client.flush(FLUSH_WITHIN_S)
+            except NatsError as error:
+                log.warning("bus.not_flushed", cause=str(error) or type(error).__name__)
+        await self._client.close()
 
 
 async def connect(url: str) -> NatsBus:

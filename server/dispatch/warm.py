@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from contract.geometry import arc_lengths, pose_at, project, wrap_angle
 from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.engine.warm import warm_search
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState, Walk
@@ -14,6 +15,16 @@ from server.dispatch.solve import Budget, solve
 def warm_kernels() -> None:
     warm_search()
     warm_bookings()
+    warm_geometry()
+
+
+def warm_geometry() -> None:
+    """What asks for a place on the road: loaded later, a kernel needs a file that may not open then."""
+    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    along = arc_lengths(line)
+    pose_at(line, along, 0.5)
+    project(line, along, 0.5, 0.1, 0, 3)
+    wrap_angle(0.1)
 
 
 def warm_bookings() -> None:
@@ -27,8 +38,9 @@ def warm_bookings() -> None:
     requests = {request.request_id: request for request in (late, new, far)}
     problem = Problem((vehicle,), requests, line, ("new", "far"), (departure,), 10.0)
     solve(problem, Budget(1, 10), 1)
-    # A booking taken and one refused, with what is offered instead.
-    schedule = Schedule(replace(problem, open_chains=()))
+    # A booking taken, which a second shuttle could have had, and one refused, with what is offered instead.
+    other = VehicleState("w", line[3], 0.0, 4, 1)
+    schedule = Schedule(replace(problem, vehicles=(vehicle, other), open_chains=()))
     for request in (new, far):
         schedule.add(request)
     near = tuple((Walk((place + 1) % 4, 60.0),) for place in range(4))

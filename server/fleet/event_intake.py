@@ -38,13 +38,17 @@ class _Waiting(NamedTuple):
 
 
 class EventIntake:
-    """A standing task. note_event: called for each event that is stored for the first time."""
+    """A standing task. note_event: called for each event that is stored for the first time.
+
+    batch_every_s  between the beginnings of two batches
+    """
 
     name = "hub.events"
     period_s: float | None = None
 
     def __init__(self, transactions: Transactions, note_event: Callable[[str, EventReport], None]) -> None:
         self._transactions, self._note_event = transactions, note_event
+        self.batch_every_s = BATCH_EVERY_S
         self._waiting: list[_Waiting] = []
         self._arrived = asyncio.Event()
 
@@ -72,7 +76,7 @@ class EventIntake:
             while self._waiting:
                 batch, self._waiting = self._waiting[:BATCH_MAX], self._waiting[BATCH_MAX:]
                 await self._store(batch, cycles)
-            await asyncio.sleep(max(0.0, begun_s + BATCH_EVERY_S - loop.time()))
+            await asyncio.sleep(max(0.0, begun_s + self.batch_every_s - loop.time()))
 
     async def _store(self, batch: Sequence[_Waiting], cycles: Cycles) -> None:
         applying = asyncio.ensure_future(self._apply(batch))

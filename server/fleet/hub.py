@@ -4,6 +4,7 @@ Transports are anything with `send` and `close`: a websocket live, an in-memory 
 """
 
 import asyncio
+import math
 from collections import deque
 from collections.abc import Coroutine
 from dataclasses import dataclass
@@ -30,6 +31,14 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
+# A server that stops has so many vehicles on their way to other servers at a time, and all away after the
+# longest time. One that is not taken up for so long is not waited for.
+AWAY_MAX = 20
+LEAVE_WITHIN_S = 40.0
+TAKEN_UP_WITHIN_S = 1.5
+LEAVE_STEP_S = 0.02
+# Meanwhile it writes seldom: after each of its commits the servers that open sessions read the fleet again.
+LEAVING_BATCH_EVERY_S = 0.5
 # Shuttles receive each other's positions within this distance: the view ahead and both bodies.
 FLEET_VEHICLES_M = 60.0
 
@@ -57,6 +66,10 @@ class Hub:
         spans: RideSpans | None = None,
     ) -> None:
         self.campus_id = campus_id
+        self.is_leaving = False
+        # When each vehicle was sent away that no other server has taken up yet, and how many were.
+        self._away: dict[str, float] = {}
+        self._taken_up = 0
         self._supervisor = supervisor
         self._ids, self._transactions, self._bus = ids, transactions, bus
         self._events = EventIntake(transactions, self._note_event)
@@ -112,6 +125,31 @@ class Hub:
         """Vehicles with an open session here, by id."""
         return tuple(sorted(self._links))
 
+    async def leave(self) -> None:
+        """Say goodbye to the vehicles as fast as other servers take them up. None may be attached meanwhile.
+
+        The bus tells of the sessions that other servers open. If they open none, there are none.
+        """
+        self.is_leaving = True
+        self._events.batch_every_s = LEAVING_BATCH_EVERY_S
+        loop = asyncio.get_running_loop()
+        begun_s = loop.time()
+        here = deque((*self._links.values(), *self._greeting))
+        count = len(here)
+        while here:
+            elapsed_s = loop.time() - begun_s
+            since_s = loop.time() - TAKEN_UP_WITHIN_S
+            self._away = {name: sent_s for name, sent_s in self._away.items() if sent_s > since_s}
+            late = count * elapsed_s / LEAVE_WITHIN_S - (count - len(here))
+            is_alone = elapsed_s > TAKEN_UP_WITHIN_S and not self._taken_up
+            due = len(here) if is_alone else max(AWAY_MAX - len(self._away), math.floor(late))
+            for _ in range(min(due, len(here))):
+                link = here.popleft()
+                if link.vehicle_id:
+                    self._away[link.vehicle_id] = loop.time()
+                link.end("server_leaving", "the server is stopping")
+            await asyncio.sleep(LEAVE_STEP_S)
+
     async def close(self) -> None:
         """Say goodbye to every vehicle, end all tasks, and store the last statuses."""
         for link in (*self._greeting, *self._links.values()):
@@ -141,7 +179,8 @@ class Hub:
             del self._links[link.vehicle_id]
         if link.session.epoch:
             self._ended_sessions.append((link.vehicle_id, link.session.epoch))
-            self._record.wake()
+            if not self.is_leaving:
+                self._record.wake()
 
     def _note_status(self, report: StatusReport) -> None:
         self._statuses[report.vehicle_id] = report
@@ -176,6 +215,8 @@ class Hub:
 
     def _session_opened(self, topic: str, payload: bytes) -> None:
         """Another replica may hold the newer session."""
+        if self._away.pop(_vehicle_of(topic), None) is not None:
+            self._taken_up += 1
         link = self._links.get(_vehicle_of(topic))
         opened = msgspec.json.decode(payload, type=_SessionOpened)
         if link is None or link.session.epoch >= opened.epoch:

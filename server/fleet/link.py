@@ -14,6 +14,7 @@ import structlog
 
 from contract.geometry import Pose2
 from contract.tracing import rides_of
+from contract.wire.bounds import LONG_CHARACTERS_MAX
 from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
 from contract.wire.messages import (
@@ -30,6 +31,7 @@ from contract.wire.messages import (
 )
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport
+from server.domain.fleet.vehicles import VehicleSession as OpenedSession
 from server.domain.instants import ns_of
 from server.fleet.actions import (
     Action,
@@ -262,7 +264,9 @@ class Link:
     def _say_goodbye(self, action: Close) -> None:
         row = close_reason(action.code)
         log.info("link.goodbye", vehicle_id=self.vehicle_id, code=row.code, detail=action.detail)
-        self._transport.send(encode(Goodbye(row.code, f"{action.detail}. {row.advice}")))
+        # What the vehicle sent may be quoted in it, and may be longer than the wire allows.
+        detail = action.detail[: LONG_CHARACTERS_MAX - len(row.advice) - 2]
+        self._transport.send(encode(Goodbye(row.code, f"{detail}. {row.advice}")))
         self._transport.close(row.number, row.code)
         self._finish()
 
@@ -271,14 +275,16 @@ class Link:
         await self._perform_all(self.session.key_found(base64.b64decode(key)))
 
     async def _open(self, hello: Hello) -> None:
-        conflict = await self._ports.transactions.run(
-            lambda uow: vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
-        )
-        if conflict:
-            await self._perform_all(self.session.close("key_conflict", conflict))
-            return
         facts = facts_of(hello)
-        opened = await self._ports.transactions.run(lambda uow: vehicle_sessions.open_session(uow, facts))
+
+        def work(uow: UnitOfWork) -> str | OpenedSession:
+            conflict = vehicle_sessions.key_conflict(uow, hello.vehicle_id, hello.boot_id)
+            return conflict or vehicle_sessions.open_session(uow, facts)
+
+        opened = await self._ports.transactions.run(work)
+        if isinstance(opened, str):
+            await self._perform_all(self.session.close("key_conflict", opened))
+            return
         acknowledged = dict(opened.acknowledged)
         self._backlog.begin(hello.event_logs, acknowledged, self._now_ns())
         await self._perform_all(self.session.welcomed(opened.epoch, _boot_logs(acknowledged), self._now_ns()))

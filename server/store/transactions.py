@@ -12,9 +12,10 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
+import structlog
 from sqlalchemy import Engine
 
-from server.domain.errors import StoreUnavailable
+from server.domain.errors import DomainError, StoreUnavailable
 from server.store.engine import read_only
 from server.store.unit_of_work import Context, PublishedMessage, PublishedMessages, SqlUnitOfWork
 from server.store.writing.failures import cause_of, is_unavailable
@@ -26,6 +27,8 @@ T = TypeVar("T")
 
 GROUP_MAX = 256
 READERS = 4
+
+log = structlog.get_logger("store")
 
 
 class InlineTransactions:
@@ -74,6 +77,12 @@ class _WaitingJob(Job[T]):
             self.future.set_result(self.done)
 
 
+def _look_at(running: "asyncio.Task[Any]") -> None:
+    error = None if running.cancelled() else running.exception()
+    if error is not None and not isinstance(error, DomainError):
+        log.error("store.work_failed", exc_info=error)
+
+
 class GroupCommit:
     """One thread writes; use cases that arrive while it commits share the next commit.
 
@@ -92,7 +101,13 @@ class GroupCommit:
         self._writer.start()
 
     async def run(self, work: Work[T]) -> T:
-        return await asyncio.shield(self._run(work))
+        running = asyncio.get_running_loop().create_task(self._run(work))
+        try:
+            return await asyncio.shield(running)
+        except asyncio.CancelledError:
+            # The work goes on. Its refusal would be reported as an error that was never looked at.
+            running.add_done_callback(_look_at)
+            raise
 
     async def read(self, work: Work[T]) -> T:
         loop = asyncio.get_running_loop()

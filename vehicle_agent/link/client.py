@@ -4,6 +4,7 @@ One process may serve any number of vehicles; each has its own bridge, connectio
 """
 
 import asyncio
+import random
 import ssl
 from collections.abc import Callable
 
@@ -11,14 +12,14 @@ import structlog
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
+from contract.wire.close_reasons import Retry, retry_after
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError
 from vehicle_agent.link.bridge import LinkBridge
+from vehicle_agent.link.redial import Redial
 from vehicle_agent.signals import LinkMessage
 
 log = structlog.get_logger()
 
-FIRST_WAIT_S = 0.5
-LONGEST_WAIT_S = 15.0
 ELAPSED_EVERY_S = 1.0
 
 Monotonic = Callable[[], int]
@@ -35,8 +36,11 @@ class LinkClient:
         deliver: Deliver,
         now_ns: Monotonic,
         tls: ssl.SSLContext | None = None,
+        redial: Redial | None = None,
     ) -> None:
+        """redial: None for waits that the operating system's chance spreads"""
         self._url = url
+        self._redial = redial or Redial(random.random)
         self._bridge = bridge
         self._deliver = deliver
         self._now_ns = now_ns
@@ -56,7 +60,6 @@ class LinkClient:
 
     async def run(self) -> None:
         """Runs until cancelled. Waits longer after each failure, and starts over after a good connection."""
-        wait_s = FIRST_WAIT_S
         vehicle_id = self._bridge.session.identity.vehicle_id
         while True:
             was_welcomed, failure = False, ""
@@ -67,21 +70,26 @@ class LinkClient:
                     was_welcomed = await self._run_connection(socket)
             except (OSError, TimeoutError, InvalidHandshake, InvalidURI) as error:
                 failure = str(error) or type(error).__name__
-            self._end_session(vehicle_id)
-            wait_s = next_wait_s(wait_s, was_welcomed=was_welcomed)
+            retry = self._end_session(vehicle_id)
+            wait_s = self._redial.wait_s(was_welcomed=was_welcomed, retry=retry)
             if failure:
                 log.warning(
                     "link.unreachable", vehicle_id=vehicle_id, url=self._url, error=failure, retry_s=wait_s
                 )
             await asyncio.sleep(wait_s)
 
-    def _end_session(self, vehicle_id: str) -> None:
+    def _end_session(self, vehicle_id: str) -> Retry:
+        """What the server advised when it closed the connection; "later" if it said nothing."""
         session = self._bridge.session
         refusal = session.refusal
         session.disconnected(self._now_ns())
         self._deliver_messages()
-        if refusal is not None:
-            log.error("link.refused", vehicle_id=vehicle_id, code=refusal.code, detail=refusal.detail)
+        if refusal is None:
+            return "later"
+        retry = retry_after(refusal.code)
+        tell = log.info if retry == "at_once" else log.error
+        tell("link.refused", vehicle_id=vehicle_id, code=refusal.code, detail=refusal.detail)
+        return retry
 
     async def _run_connection(self, socket: ClientConnection) -> bool:
         """Runs one connection to its end; True if the server welcomed the vehicle on it."""
@@ -141,8 +149,3 @@ class LinkClient:
     def _deliver_messages(self) -> None:
         for message in self._bridge.session.take_messages():
             self._deliver(message)
-
-
-def next_wait_s(wait_s: float, *, was_welcomed: bool) -> float:
-    """How long to wait before the next connection: twice as long after a failure, short after a welcome."""
-    return FIRST_WAIT_S if was_welcomed else min(2.0 * wait_s, LONGEST_WAIT_S)

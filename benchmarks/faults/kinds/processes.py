@@ -1,6 +1,7 @@
 """Processes that are killed or stopped."""
 
 import asyncio
+import resource
 import signal
 from collections.abc import Awaitable, Callable
 
@@ -24,6 +25,42 @@ async def server_stopped_for_a_while(stage: Stage) -> None:
     stage.installation.kill(signal.SIGSTOP)
     await asyncio.sleep(10.0)
     stage.installation.kill(signal.SIGCONT)
+
+
+async def server_stopped_for_long(stage: Stage) -> None:
+    """SIGSTOP for 35 s: longer than the database waits for a transaction, and than a ping may take."""
+    stage.installation.kill(signal.SIGSTOP)
+    await asyncio.sleep(35.0)
+    stage.installation.kill(signal.SIGCONT)
+
+
+async def server_replaced_in_order(stage: Stage) -> None:
+    """SIGTERM twice: vehicles hear that the server leaves, and are back after its restart."""
+    for _ in range(2):
+        await stage.installation.replace()
+        for vehicle in (stage.first, stage.second):
+            await vehicle.until_served()
+    for vehicle in (stage.first, stage.second):
+        said = vehicle.goodbyes.count("server_leaving")
+        require(said == 2, f"{vehicle.vehicle_id} heard {vehicle.goodbyes}")
+
+
+async def out_of_descriptors(stage: Stage) -> None:
+    """For 10 s the server may open no further file or connection, and 40 clients try."""
+    process = stage.installation.process
+    soft, hard = resource.prlimit(process.pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (process.num_fds(), hard))
+    opened: list[asyncio.StreamWriter] = []
+    try:
+        for _ in range(40):
+            _, writer = await asyncio.open_connection("127.0.0.1", stage.installation.port)
+            opened.append(writer)
+        await asyncio.sleep(10.0)
+        require(stage.installation.starts == 1, "the server ended")
+    finally:
+        resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (soft, hard))
+        for writer in opened:
+            writer.close()
 
 
 async def solver_killed(stage: Stage) -> None:

@@ -3,6 +3,8 @@
 import asyncio
 import dataclasses
 
+import msgspec
+
 from benchmarks.faults.stage import Stage, require
 from benchmarks.faults.wire_vehicle import WireVehicle, with_value
 from contract.wire.codec import encode
@@ -88,6 +90,38 @@ async def connections_cut(stage: Stage) -> None:
         await stage.first.cut()
         await asyncio.sleep(0.6)
     await stage.first.until_served()
+
+
+async def vehicle_clock_jumps(stage: Stage) -> None:
+    """A vehicle's clock jumps by years, back and forth, in statuses and events: it is served all the same."""
+    vehicle = stage.first
+    for stamp_ns in (1, 2**62, 0, 2**40, 2**62, 5):
+        await vehicle.say(msgspec.structs.replace(vehicle.status(), stamp_ns=stamp_ns))
+        await asyncio.sleep(0.3)
+    await vehicle.until_served()
+    require("protocol_violation" not in await stage.open_incidents(), "a stamp counts as a violation")
+
+
+async def gaps_and_repeats(stage: Stage) -> None:
+    """Events come with gaps, in the wrong order and many times: each is stored once and in its place."""
+    vehicle = stage.first
+    for number in range(40):
+        vehicle.events.append(stage.an_event(number))
+    for sequence in (9, 3, 3, 1, 39, 2, 2, 2, 0, 20, 1):
+        event = vehicle.events[sequence]
+        await vehicle.say(EventReport(vehicle.epoch, vehicle.boot_id, sequence, sequence + 1, event))
+    await vehicle.cut()
+
+    async def all_stored() -> bool:
+        return vehicle.acknowledged >= len(vehicle.events)
+
+    await stage.until(all_stored, "all events are acknowledged", 30.0)
+
+
+async def vehicle_that_does_not_read(stage: Stage) -> None:
+    """A vehicle's computer reads nothing for 15 s, and then dials again."""
+    await stage.first.freeze(15.0)
+    await stage.first.redial()
 
 
 async def _rides_of(stage: Stage, vehicle: WireVehicle) -> list[str]:

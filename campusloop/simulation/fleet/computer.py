@@ -17,6 +17,7 @@ from campusloop.simulation.timeline import Timeline
 from contract.wire.messages import DriveMode, ModeChanged, OrderAccepted, Status, VehicleEvent
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.outbox import read_memory
+from vehicle_agent.link.redial import Redial
 from vehicle_agent.link.session import Identity
 from vehicle_agent.mission.boarding import riders_to_alight, riders_to_board
 from vehicle_agent.mission.memory import MissionMemory, order_progress
@@ -97,7 +98,13 @@ class Computer:
         self._is_over = False
         self._is_frozen = False
         self.link = VehicleLink(
-            setup.vehicle_id, self._bridge.session, clock, network, timeline, self._messages_arrived
+            setup.vehicle_id,
+            self._bridge.session,
+            clock,
+            network,
+            timeline,
+            self._messages_arrived,
+            Redial(vehicle.rng.random),
         )
         self._step_after(vehicle.rng.uniform(0.1, STEP_S))
 

@@ -6,8 +6,9 @@ from campusloop.simulation.clocks import BootClock
 from campusloop.simulation.network import Network
 from campusloop.simulation.timeline import Timeline
 from campusloop.simulation.wire import End
+from contract.wire.close_reasons import retry_after
 from contract.wire.codec import WireError
-from vehicle_agent.link.client import FIRST_WAIT_S, next_wait_s
+from vehicle_agent.link.redial import Redial
 from vehicle_agent.link.session import VehicleSession
 
 
@@ -22,11 +23,12 @@ class VehicleLink:
         network: Network,
         timeline: Timeline,
         arrived: Callable[[], None],
+        redial: Redial,
     ) -> None:
         self._vehicle_id, self._session, self._clock = vehicle_id, session, clock
         self._network, self._timeline, self._arrived = network, timeline, arrived
         self._end: End | None = None
-        self._wait_s = FIRST_WAIT_S
+        self._redial = redial
         self._was_welcomed = False
         self._is_over = False
         self._frozen_frames: list[tuple[End, bytes]] | None = None
@@ -112,6 +114,8 @@ class VehicleLink:
         self._arrived()
 
     def _dial_later(self) -> None:
-        self._wait_s = next_wait_s(self._wait_s, was_welcomed=self._was_welcomed)
+        refusal = self._session.refusal
+        retry = "later" if refusal is None else retry_after(refusal.code)
+        wait_s = self._redial.wait_s(was_welcomed=self._was_welcomed, retry=retry)
         self._was_welcomed = False
-        self._timeline.after(self._wait_s, self._dial)
+        self._timeline.after(wait_s, self._dial)

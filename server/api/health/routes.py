@@ -51,6 +51,7 @@ async def _readiness(services: Services) -> Readiness:
     has_room = free >= settings.disk_free_bytes_min
     return Readiness(
         ready=bool(map_version)
+        and not services.hub.is_leaving
         and answers
         and is_ours
         and has_room

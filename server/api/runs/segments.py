@@ -133,7 +133,15 @@ async def _check_signature(services: Services, vehicle_id: str, sha256: str, sig
 
 
 async def _receive(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:
-    """The segment, of which all bytes are kept now."""
+    """The segment, of which all bytes are kept now. Raises SegmentStoreUnavailable."""
+    try:
+        return await _received(services, request, vehicle_id, sha256)
+    except OSError as error:
+        raise SegmentStoreUnavailable(f"the upload cannot be kept now ({error}); send it again") from error
+
+
+async def _received(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:
+    """Raises OSError."""
     store, offload = services.segments, services.offload
     with store.receive(sha256, services.ids.new_id("upload")) as incoming:
         try:

@@ -47,6 +47,10 @@ class RowCache:
         while len(self._undo) > mark:
             self._undo.pop()()
 
+    def has(self, name: str) -> bool:
+        """The table is loaded."""
+        return name in self._tables
+
     def table(self, name: str, load: Callable[[], Rows] | None = None) -> Rows:
         """The table, which must not be changed. load: fills it if it is not loaded yet."""
         found = self._tables.get(name)

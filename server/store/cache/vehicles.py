@@ -14,6 +14,10 @@ from server.store.fleet.vehicles import SqlVehicleRepository, vehicle_from_row
 from server.store.writing.campus_lock import CampusLock
 
 _VEHICLES, _WHEREABOUTS = "vehicles", "whereabouts"
+# Rows that were read one by one. Where several servers write, all is read again after the commit of another
+# one, and most transactions ask for a few vehicles only.
+_SOME_VEHICLES, _SOME_WHEREABOUTS = "some vehicles", "some whereabouts"
+ONE_BY_ONE_MAX = 8
 
 
 class CachedVehicleRepository(SqlVehicleRepository):
@@ -24,6 +28,13 @@ class CachedVehicleRepository(SqlVehicleRepository):
         self._heard: dict[str, datetime] = {}
 
     def get(self, vehicle_id: str) -> Vehicle | None:
+        if not self._memory.has(_VEHICLES):
+            some = self._memory.table(_SOME_VEHICLES)
+            if vehicle_id not in some and len(some) < ONE_BY_ONE_MAX:
+                self._memory.put(_SOME_VEHICLES, vehicle_id, super().get(vehicle_id))
+            if vehicle_id in some:
+                found: Vehicle | None = some[vehicle_id]
+                return found
         return self._known().get(vehicle_id)
 
     def all(self) -> tuple[Vehicle, ...]:
@@ -32,13 +43,20 @@ class CachedVehicleRepository(SqlVehicleRepository):
 
     def add(self, vehicle: Vehicle) -> None:
         super().add(vehicle)
-        self._memory.put(_VEHICLES, vehicle.vehicle_id, vehicle)
+        self._remember(vehicle)
 
     def save(self, vehicle: Vehicle) -> None:
         super().save(vehicle)
-        self._memory.put(_VEHICLES, vehicle.vehicle_id, vehicle)
+        self._remember(vehicle)
 
     def whereabouts(self, vehicle_id: str) -> Whereabouts | None:
+        if not self._memory.has(_WHEREABOUTS):
+            some = self._memory.table(_SOME_WHEREABOUTS)
+            if vehicle_id not in some and len(some) < ONE_BY_ONE_MAX:
+                self._memory.put(_SOME_WHEREABOUTS, vehicle_id, super().whereabouts(vehicle_id))
+            if vehicle_id in some:
+                found: Whereabouts | None = some[vehicle_id]
+                return found
         return self._where().get(vehicle_id)
 
     def all_whereabouts(self) -> tuple[Whereabouts, ...]:
@@ -47,8 +65,8 @@ class CachedVehicleRepository(SqlVehicleRepository):
 
     def heard(self, vehicle_id: str, at: datetime) -> None:
         self._heard[vehicle_id] = at
-        before = self._where().get(vehicle_id) or Whereabouts(vehicle_id, at)
-        self._memory.put(_WHEREABOUTS, vehicle_id, replace(before, heard_at=at))
+        before = self.whereabouts(vehicle_id) or Whereabouts(vehicle_id, at)
+        self._remember_where(replace(before, heard_at=at))
 
     def flush(self) -> None:
         heard, self._heard = self._heard, {}
@@ -57,16 +75,23 @@ class CachedVehicleRepository(SqlVehicleRepository):
     def save_position(self, vehicle_id: str, status: Status) -> None:
         self.flush()
         super().save_position(vehicle_id, status)
-        before = self._where().get(vehicle_id)
+        before = self.whereabouts(vehicle_id)
         if before is not None:
-            self._memory.put(_WHEREABOUTS, vehicle_id, replace(before, status=status))
+            self._remember_where(replace(before, status=status))
 
     def save_status(self, reports: Sequence[StatusReport]) -> None:
         self.flush()
         super().save_status(reports)
         for report in reports:
-            where = Whereabouts(report.vehicle_id, report.received_at, report.status)
-            self._memory.put(_WHEREABOUTS, report.vehicle_id, where)
+            self._remember_where(Whereabouts(report.vehicle_id, report.received_at, report.status))
+
+    def _remember(self, vehicle: Vehicle) -> None:
+        for table in (_VEHICLES, _SOME_VEHICLES):
+            self._memory.put(table, vehicle.vehicle_id, vehicle)
+
+    def _remember_where(self, where: Whereabouts) -> None:
+        for table in (_WHEREABOUTS, _SOME_WHEREABOUTS):
+            self._memory.put(table, where.vehicle_id, where)
 
     def _known(self) -> Rows:
         return self._memory.table(_VEHICLES, self._read_vehicles)
@@ -76,7 +101,10 @@ class CachedVehicleRepository(SqlVehicleRepository):
         return {row.vehicle_id: vehicle_from_row(row) for row in rows}
 
     def _where(self) -> Rows:
-        return self._memory.table(
-            _WHEREABOUTS,
-            lambda: {where.vehicle_id: where for where in SqlVehicleRepository.all_whereabouts(self)},
-        )
+        return self._memory.table(_WHEREABOUTS, self._read_whereabouts)
+
+    def _read_whereabouts(self) -> Rows:
+        """That a vehicle was heard may not be written yet."""
+        read = {where.vehicle_id: where for where in super().all_whereabouts()}
+        some = self._memory.table(_SOME_WHEREABOUTS)
+        return read | {vehicle_id: where for vehicle_id, where in some.items() if where is not None}

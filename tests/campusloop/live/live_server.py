@@ -6,9 +6,9 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 import httpx
-import uvicorn
 from websockets.asyncio.client import ClientConnection, connect
 
+from campusloop.live.draining_server import DrainingServer, draining_server
 from campusloop.live.server import listen, uvicorn_config
 from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
@@ -32,10 +32,15 @@ from tests.server.fleet.vehicle_key import VehicleKeyPair, a_hello
 
 
 class LiveServer:
-    def __init__(self, origin: str) -> None:
+    def __init__(self, origin: str, server: DrainingServer) -> None:
         self.origin = origin
+        self._server = server
         self.http = httpx.AsyncClient(base_url=f"{origin}/api/v1", trust_env=False)
         self._csrf: dict[str, str] = {}
+
+    def stop(self) -> None:
+        """As SIGTERM does."""
+        self._server.should_exit = True
 
     async def sign_in(self) -> None:
         answer = await self.http.post("/session", json={"name": "operator", "password": PASSWORD})
@@ -76,9 +81,9 @@ async def live_server(
         **settings,  # type: ignore[arg-type]
     )
     live = await live_ports(chosen)
-    server = uvicorn.Server(uvicorn_config(chosen, live))
+    server = draining_server(uvicorn_config(chosen, live))
     serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listening]))
-    client = LiveServer(chosen.origin())
+    client = LiveServer(chosen.origin(), server)
     if secrets is not None:
         secrets.listen(client.http)
     try:

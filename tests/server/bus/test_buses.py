@@ -99,6 +99,25 @@ async def test_a_closed_subscription_ends_its_reader(bus: Bus) -> None:
     assert await reader == [b"last"]
 
 
+@on_both
+async def test_a_reader_that_was_cancelled_with_messages_waiting_is_closed_at_once(bus: Bus) -> None:
+    subscription = await bus.subscribe("campus/snow-lion/*/outbox")
+
+    async def read() -> None:
+        async for _ in subscription:
+            await asyncio.sleep(60)
+
+    reading = asyncio.create_task(read())
+    await asyncio.sleep(0)
+    for _ in range(5):
+        await bus.publish("campus/snow-lion/vehicle/outbox", b"")
+    await asyncio.sleep(0.2)
+    reading.cancel()
+    await asyncio.gather(reading, return_exceptions=True)
+    async with asyncio.timeout(5):
+        await subscription.close()
+
+
 def test_who_cannot_keep_up_loses_the_oldest() -> None:
     async def scenario() -> None:
         bus = InProcessBus()

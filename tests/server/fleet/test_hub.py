@@ -26,6 +26,7 @@ from contract.wire.messages import (
     Welcome,
 )
 from server.bus.topics import matches
+from server.fleet.hub import AWAY_MAX, TAKEN_UP_WITHIN_S
 from server.fleet.presence import AreaPresence
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -298,6 +299,50 @@ def test_a_server_that_stops_says_so(server: ServerUnderTest) -> None:
     server.run(server.hub.close())
     server.elapse(0.2)
     assert vehicle.goodbye == "server_leaving"
+
+
+def test_a_farewell_that_quotes_a_long_text_fits_the_wire(server: ServerUnderTest) -> None:
+    link = SpokenVehicle(server).dial().hello()
+    server.hub._links["shuttle-1"].end("server_fault", 5_000 * "z")
+    server.elapse(0.2)
+    assert link.goodbye == "server_fault"
+
+
+def many_vehicles(server: ServerUnderTest, count: int) -> list[SpokenVehicle]:
+    spoken = [SpokenVehicle(server).dial().hello()]
+    for number in range(2, count + 1):
+        name = f"shuttle-{number}"
+        server.elapse(2.0)
+        server.enrol(name, VehicleKeyPair(name).public_base64)
+        spoken.append(SpokenVehicle(server, name).dial().hello())
+    return spoken
+
+
+def sent_away(vehicles: list[SpokenVehicle]) -> int:
+    return sum(vehicle.goodbye == "server_leaving" for vehicle in vehicles)
+
+
+def test_a_server_that_leaves_waits_for_others_to_take_up_its_vehicles(server: ServerUnderTest) -> None:
+    vehicles = many_vehicles(server, AWAY_MAX + 5)
+    server.conductor.loop.create_task(server.hub.leave())
+    server.elapse(0.2)
+    assert sent_away(vehicles) == AWAY_MAX
+    assert server.get("/ready").status_code == 503
+    topic = topics.vehicle_session(server.hub.campus_id, "shuttle-1")
+    server.run(server.bus.publish(topic, b'{"epoch":99}'))
+    server.elapse(0.2)
+    assert sent_away(vehicles) == AWAY_MAX + 1
+    server.elapse(2.0)
+    assert sent_away(vehicles) == AWAY_MAX + 5
+
+
+def test_a_server_that_leaves_and_has_no_others_sends_all_away_at_once(server: ServerUnderTest) -> None:
+    vehicles = many_vehicles(server, 3 * AWAY_MAX)
+    server.conductor.loop.create_task(server.hub.leave())
+    server.elapse(0.2)
+    assert sent_away(vehicles) < len(vehicles)
+    server.elapse(TAKEN_UP_WITHIN_S)
+    assert sent_away(vehicles) == len(vehicles)
 
 
 def test_a_hub_that_is_closed_listens_no_more(server: ServerUnderTest) -> None:

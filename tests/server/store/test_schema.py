@@ -137,7 +137,9 @@ def test_events_keep_their_order_and_their_counts_when_they_get_numbers(engine: 
     with engine.connect() as connection:
         assert [tuple(row) for row in connection.execute(text(numbered))] == told
         counts = connection.execute(text("SELECT vehicle_id, next_sequence FROM event_logs ORDER BY 1")).all()
-        last = connection.execute(text("SELECT value FROM counters WHERE name = 'vehicle_event'")).scalar_one()
+        last = connection.execute(
+            text("SELECT value FROM counters WHERE name = 'vehicle_event'")
+        ).scalar_one()
     assert ([tuple(row) for row in counts], last) == ([("v", 2), ("w", 1)], 3)
 
 

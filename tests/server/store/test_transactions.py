@@ -1,12 +1,14 @@
 """One use case, one transaction: all or nothing, messages after the commit, conflicts decided again."""
 
 import asyncio
+import gc
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from sqlalchemy import Engine, text
@@ -167,6 +169,24 @@ def refused_commits(engine: Engine) -> Iterator[None]:
     yield
     with engine.begin() as connection:
         connection.exec_driver_sql("DROP TRIGGER refuse ON incidents")
+
+
+def test_a_refusal_that_nobody_waits_for_any_more_is_no_error(engine: Engine) -> None:
+    async def scenario() -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: found.append(context))
+        async with live(engine) as (transactions, _):
+            asked = asyncio.create_task(transactions.run(refused))
+            await asyncio.sleep(0)
+            asked.cancel()
+            await asyncio.gather(asked, return_exceptions=True)
+        gc.collect()
+        return found
+
+    def refused(_: UnitOfWork) -> None:
+        raise VehicleUnknown("no vehicle x is enrolled")
+
+    assert asyncio.run(scenario()) == []
 
 
 def test_when_the_commit_fails_nobody_is_told_that_it_was_done(engine: Engine) -> None:

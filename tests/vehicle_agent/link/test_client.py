@@ -23,7 +23,8 @@ from contract.wire.messages import (
     Welcome,
 )
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
-from vehicle_agent.link.client import FIRST_WAIT_S, LONGEST_WAIT_S, LinkClient, next_wait_s
+from vehicle_agent.link.client import LinkClient
+from vehicle_agent.link.redial import FIRST_WAIT_S, Redial
 from vehicle_agent.link.session import Identity
 from vehicle_agent.signals import LinkMessage, LinkState
 
@@ -159,16 +160,6 @@ def test_a_goodbye_is_no_reason_to_stop_trying(tmp_path: Path) -> None:
     with_campus(tmp_path, claim)
 
 
-def test_a_server_that_is_away_is_dialled_ever_less_often_and_at_once_again_after_a_good_connection() -> None:
-    waits_s = [FIRST_WAIT_S]
-    for _ in range(8):
-        waits_s.append(next_wait_s(waits_s[-1], was_welcomed=False))
-    assert waits_s[1] == 2.0 * FIRST_WAIT_S
-    assert waits_s == sorted(waits_s)
-    assert waits_s[-1] == LONGEST_WAIT_S
-    assert next_wait_s(waits_s[-1], was_welcomed=True) == FIRST_WAIT_S
-
-
 def test_a_proxy_that_answers_for_an_absent_server_is_dialled_again(tmp_path: Path) -> None:
     """As during an upgrade of the server: the proxy in front of it answers with an HTTP error."""
     refusals = 0
@@ -197,13 +188,15 @@ def test_a_proxy_that_answers_for_an_absent_server_is_dialled_again(tmp_path: Pa
 def test_an_address_that_is_none_is_logged_and_tried_ever_less_often(tmp_path: Path) -> None:
     async def scenario() -> None:
         campus = Campus(tmp_path)
-        client = LinkClient("https:/nowhere", campus.desk, campus.delivered.append, lambda: 0)
+        client = LinkClient(
+            "https:/nowhere", campus.desk, campus.delivered.append, lambda: 0, redial=Redial(lambda: 1.0)
+        )
         with capture_logs() as logs:
             running = asyncio.create_task(client.run())
             await campus.until(lambda: len(logs) == 2)
         assert [(entry["event"], entry["url"], entry["retry_s"]) for entry in logs] == [
+            ("link.unreachable", "https:/nowhere", FIRST_WAIT_S),
             ("link.unreachable", "https:/nowhere", 2.0 * FIRST_WAIT_S),
-            ("link.unreachable", "https:/nowhere", 4.0 * FIRST_WAIT_S),
         ]
         assert not running.done()
         running.cancel()
