@@ -58,8 +58,8 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
     M(
         "stored events counted wrong",
         "server/store/record/events.py",
-        "return 0 if highest is None else int(highest) + 1",
-        "return 0 if highest is None else int(highest)",
+        "(event.vehicle_id, event.boot_id): event.sequence + 1 for",
+        "(event.vehicle_id, event.boot_id): event.sequence for",
         "the next event has the number of a stored one",
     ),
     M(

@@ -17,8 +17,8 @@ import uvicorn
 import uvloop
 
 from campusloop.live.allocator import give_back_free_memory, use_one_arena
-from campusloop.live.bounded_http import counted_protocols
 from campusloop.live.certificate import local_addresses, self_signed
+from campusloop.live.connections.bounded_http import counted_protocols
 from campusloop.live.draining_server import draining_server
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd

@@ -9,7 +9,7 @@ import time
 from benchmarks.attacks.attack import allows, attack
 from benchmarks.attacks.target import Target, bearer
 from campusloop.live import bounded_http
-from campusloop.live.bounded_http import BoundedHttp
+from campusloop.live.connections.bounded_http import BoundedHttp
 
 JSON = {"Content-Type": "application/json"}
 HEAD_ANSWERED_WITHIN_S = 15.0

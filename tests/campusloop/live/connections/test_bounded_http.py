@@ -9,8 +9,8 @@ import pytest
 import uvicorn
 from websockets.asyncio.client import connect
 
-from campusloop.live import bounded_http
-from campusloop.live.bounded_http import HEAD_BYTES_MAX, counted_protocols
+from campusloop.live.connections import bounded_http
+from campusloop.live.connections.bounded_http import HEAD_BYTES_MAX, counted_protocols
 from server.api.security import connection_counts
 from server.api.security.connection_counts import ConnectionCounts
 

@@ -7,7 +7,7 @@ from http import HTTPStatus
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
-from campusloop.live.direct_websockets import DirectWebsockets
+from campusloop.live.connections.direct_websockets import DirectWebsockets
 from server.api.security.connection_counts import ConnectionCounts
 
 # Request line and headers together: browsers send 1 to 4 KiB; other servers allow 8 to 64.

@@ -13,7 +13,7 @@ from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.http11 import Request
 
-from campusloop.live.frame_connection import FrameConnection, FrameLimits
+from campusloop.live.connections.frame_connection import FrameConnection, FrameLimits
 from server.api.sockets.frame_stream import EXTENSION
 
 

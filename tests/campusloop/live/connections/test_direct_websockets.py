@@ -12,8 +12,8 @@ from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
-from campusloop.live.direct_websockets import DirectWebsockets
-from campusloop.live.frame_connection import WAITING_BYTES_MAX, FrameConnection, FrameLimits
+from campusloop.live.connections.direct_websockets import DirectWebsockets
+from campusloop.live.connections.frame_connection import WAITING_BYTES_MAX, FrameConnection, FrameLimits
 from server.api.sockets.frame_stream import FrameStream, frame_stream
 
 SIZE_MAX = 100_000
