@@ -8,7 +8,7 @@ import time
 
 from benchmarks.attacks.attack import allows, attack
 from benchmarks.attacks.target import Target, bearer
-from campusloop.live import bounded_http
+from campusloop.live.connections import bounded_http
 from campusloop.live.connections.bounded_http import BoundedHttp
 
 JSON = {"Content-Type": "application/json"}
