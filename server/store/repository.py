@@ -141,7 +141,7 @@ class Repository:
             self._require_lock()
             owned = [{"campus_id": self._campus_id, **row} for row in rows]
             if len(owned) >= _MANY and self._is_sqlite:
-                insert_rows(self._connection, table, owned, replace=True)
+                insert_rows(self._connection, table, owned, "replace")
                 return
             statement = _putting(self._connection.dialect.name, table, tuple(rows[0]))
             self._connection.execute(statement, owned)
@@ -150,8 +150,12 @@ class Repository:
         """Insert the rows whose keys are new. They have the same columns."""
         if rows:
             self._require_lock()
+            owned = [{"campus_id": self._campus_id, **row} for row in rows]
+            if len(owned) >= _MANY and self._is_sqlite:
+                insert_rows(self._connection, table, owned, "keep")
+                return
             statement = _adding(self._connection.dialect.name, table, tuple(rows[0]))
-            self._connection.execute(statement, [{"campus_id": self._campus_id, **row} for row in rows])
+            self._connection.execute(statement, owned)
 
     def _update(self, table: Table, values: Mapping[str, object], *conditions: ColumnElement[bool]) -> int:
         """How many rows were changed."""

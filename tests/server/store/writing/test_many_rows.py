@@ -45,11 +45,20 @@ def test_a_row_whose_key_is_known_is_replaced_only_if_asked_for() -> None:
     with create_engine("sqlite://").begin() as connection:
         _TABLE.create(connection)
         insert_rows(connection, _TABLE, _rows(5, value=1))
-        insert_rows(connection, _TABLE, _rows(7, value=None), replace=True)
+        insert_rows(connection, _TABLE, _rows(7, value=None), "replace")
         values = connection.execute(select(_TABLE.c.value)).scalars().all()
         assert list(values) == [None] * 7
         with pytest.raises(Exception, match="UNIQUE"):
             insert_rows(connection, _TABLE, _rows(1))
+
+
+def test_a_row_whose_key_is_known_stays_as_it_is_if_that_is_asked_for() -> None:
+    with create_engine("sqlite://").begin() as connection:
+        _TABLE.create(connection)
+        insert_rows(connection, _TABLE, _rows(5, value=1))
+        insert_rows(connection, _TABLE, _rows(7, value=2), "keep")
+        values = connection.execute(select(_TABLE.c.value).order_by(_TABLE.c.name)).scalars().all()
+        assert list(values) == [1] * 5 + [2] * 2
 
 
 def test_a_moment_without_a_zone_is_refused_as_elsewhere() -> None:
