@@ -107,6 +107,8 @@ def test_a_changed_entry_is_found(server: ServerUnderTest, admin: dict[str, str]
     assert PASSWORD not in str(server.get("/audit").json())
 
     def forge(uow: Any) -> None:
+        # A transaction that has not said that it writes is rolled back.
+        uow.audit._require_lock()
         uow.audit._connection.exec_driver_sql("UPDATE audit_entries SET made_by = 'eve' WHERE number = 1")
 
     server.transact(forge)
