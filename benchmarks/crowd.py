@@ -36,7 +36,8 @@ def main() -> None:
     for stack, profile in profiles.items():
         for clip in clips:
             for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed)):
-                run = SceneDrive(clip_run.scene, logs.of(clip_run.scene.name)).run()
+                scene = clip_run.scene.with_plant(arguments.plant_seed)
+                run = SceneDrive(scene, logs.of(clip_run.scene.name)).run()
                 if arguments.traces is not None:
                     run.trace.write(arguments.traces / stack, clip_run.scene.name)
                 rows.append(_row(stack, clip.name, number, clip_run, run))
@@ -44,7 +45,8 @@ def main() -> None:
     report.write(
         arguments.json,
         "crowd",
-        {"folder": str(arguments.folder), "stacks": arguments.stacks, "seed": arguments.seed},
+        {"folder": str(arguments.folder), "stacks": arguments.stacks, "seed": arguments.seed}
+        | {"plant_seed": arguments.plant_seed},
         rows,
         summary(rows),
     )
@@ -117,6 +119,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
+    parser.add_argument("--plant-seed", type=int, help="of the vehicle's dynamics; nominal without it")
     add_log_arguments(parser)
     return parser.parse_args()
 
