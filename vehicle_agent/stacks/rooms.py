@@ -4,6 +4,7 @@ import math
 
 from vehicle_agent.brake_map import BrakeMap
 from vehicle_agent.config import Profile
+from vehicle_agent.control.waypoint.brake_gain import BrakeGain
 from vehicle_agent.control.waypoint.follower import WaypointFollower
 from vehicle_agent.control.waypoint.rear_slip import RearSlip
 from vehicle_agent.control.waypoint.steering import BicycleSteering
@@ -114,6 +115,7 @@ def waypoint_control(profile: Profile) -> WaypointControl:
         trim=SteeringTrim(
             wheelbase_m=profile.body.wheelbase_m, initial_rad=response.steer_bias_rad, dt_s=_TICK_S
         ),
+        brake_gain=BrakeGain(coast_mps2=response.coast_mps2, dt_s=_TICK_S),
         slip=RearSlip(nominal_per_mps2=rear_slip_per_mps2(profile), dt_s=_TICK_S),
         steer_delay_s=response.steer_delay_s,
         dt_s=_TICK_S,
