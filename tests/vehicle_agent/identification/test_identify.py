@@ -52,6 +52,7 @@ def test_bias_and_wheelbase_of_an_unknown_vehicle_are_found() -> None:
     assert 100.0 * abs(profile.body.wheelbase_m - plant.wheelbase_m) < TOLERANCES["wheelbase_cm"]
 
 
+@pytest.mark.long
 def test_a_few_outliers_do_not_change_the_result() -> None:
     drive = a_drive()[1]
     speed, steer = drive.speed_mps.copy(), drive.steer_rad.copy()

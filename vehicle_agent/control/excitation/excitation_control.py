@@ -3,8 +3,9 @@
 import msgspec
 import numpy as np
 
-from contract.geometry import Array
+from contract.geometry import Array, Pose2
 from vehicle_agent.control.excitation.pedal_program import PedalProgram, program_pedals
+from vehicle_agent.control.waypoint.follower import FollowerState, predicted_pose
 from vehicle_agent.control.waypoint.waypoint_control import WaypointControl, WaypointControlState
 from vehicle_agent.signals import ControlCommand, Ego, Path, VehicleMotion
 
@@ -27,6 +28,11 @@ class ExcitationControl(msgspec.Struct, frozen=True):
     dt_s: float = 0.02
 
     def initial(self) -> ExcitationState:
+        # The kernels are compiled here, so that no tick waits for them; some stacks use them for this alone.
+        origin = Pose2(0.0, 0.0, 0.0)
+        predicted_pose(origin, 0.0, np.zeros(1), 1.0, self.dt_s)
+        self.inner.follower.step(FollowerState(), origin, 0.0, np.zeros((1, 2)))
+        self._pedals(self.program.initial(), 0.0)
         return ExcitationState(self.inner.initial(), self.program.initial())
 
     def step(
@@ -43,13 +49,19 @@ class ExcitationControl(msgspec.Struct, frozen=True):
         if not free:
             return command, ExcitationState(inner, program.initial())
         pedals = state.program.copy()
+        throttle, brake = self._pedals(pedals, ego.speed_mps)
+        excited = msgspec.structs.replace(command, throttle_ratio=throttle, brake_ratio=brake)
+        return excited, ExcitationState(inner, pedals)
+
+    def _pedals(self, state: Array, speed_mps: float) -> tuple[float, float]:
+        """(throttle, brake) of this tick; the program's state is advanced in place."""
+        program = self.program
         throttle, brake = program_pedals(
-            pedals,
-            ego.speed_mps,
+            state,
+            speed_mps,
             self.dt_s,
             np.array(program.throttle_ratios),
             np.array(program.brake_ratios),
             program.row(),
         )
-        excited = msgspec.structs.replace(command, throttle_ratio=float(throttle), brake_ratio=float(brake))
-        return excited, ExcitationState(inner, pedals)
+        return float(throttle), float(brake)
