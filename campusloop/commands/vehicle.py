@@ -50,7 +50,7 @@ def identify_run(
     written = [out]
     if plots is not None:
         # matplotlib takes a second to import.
-        from campusloop.studies.identification_plots import write_plots
+        from campusloop.studies.identification.plots import write_plots
 
         written += write_plots(found, plots)
     for path in written:
@@ -73,7 +73,7 @@ def drive_for_identification(
     from campusloop.kernels.compiling import ensure_kernels
     from campusloop.kernels.groups import SIMULATOR, for_vehicle
     from campusloop.scenes.drive import SceneDrive
-    from campusloop.scenes.identification_drive import identification_scene
+    from campusloop.studies.identification.identification_drive import identification_scene
     from vehicle_agent.config import Profile
 
     if out.exists() and any(out.rglob("*.mcap")):

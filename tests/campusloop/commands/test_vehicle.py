@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from campusloop.cli import app_of
 from campusloop.scenes.drive import VEHICLE_ID, SceneDrive
-from campusloop.scenes.identification_drive import identification_scene, winding_path
+from campusloop.studies.identification.identification_drive import identification_scene, winding_path
 from contract.geometry import arc_lengths, curvatures
 from simulator.vehicle.random_plant import random_plant
 from vehicle_agent.config import Profile, load_profile
