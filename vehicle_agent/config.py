@@ -3,6 +3,7 @@
 A profile is read once. Every room gets its own part.
 """
 
+import math
 from pathlib import Path as FilePath
 from typing import Literal
 
@@ -129,6 +130,20 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     brake_lag_s: float = 0.05
     throttle_fade_mps: float = 8.0
     steer_bias_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        """ValueError for a response that no vehicle has, which a typing error or a failed fit gives."""
+        for name in ("brake_gain", "throttle_per_mps2", "throttle_fade_mps"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must be above 0")
+        for name in ("brake_knee_mps2", "coast_mps2"):
+            if not 0.0 <= getattr(self, name) <= 5.0:
+                raise ValueError(f"{name} must be 0 to 5 m/s2")
+        for name in self.__struct_fields__:
+            if name.endswith(("_dead_s", "_delay_s", "_lag_s")) and not 0.0 <= getattr(self, name) <= 1.5:
+                raise ValueError(f"{name} must be 0 to 1.5 s; the controllers predict no farther")
+        if not -0.1 <= self.steer_bias_rad <= 0.1:
+            raise ValueError("steer_bias_rad must be -0.1 to 0.1; align the wheels")
 
 
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

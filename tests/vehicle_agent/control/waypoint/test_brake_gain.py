@@ -1,8 +1,13 @@
+import math
+
 import msgspec
 import pytest
 
 from contract.geometry import Pose2
+from simulator.vehicle.plant import CMD_BRAKE, CMD_DIRECTION, CMD_THROTTLE, Plant, PlantParams
+from vehicle_agent.brake_map import BrakeMap
 from vehicle_agent.control.waypoint.brake_gain import BrakeGain, BrakeGainState
+from vehicle_agent.control.waypoint.twist import TwistController, TwistState
 from vehicle_agent.signals import Ego, VehicleMotion
 
 GAIN = BrakeGain()
@@ -51,3 +56,39 @@ def test_a_measurement_that_is_not_finite_teaches_nothing() -> None:
     assert GAIN.step(state, -0.72, 0.4, ego, motion) == msgspec.structs.replace(
         state, steady_s=0.0, command_mps2=0.0
     )
+
+
+def overruns_m(brake_full_mps2: float, stops: int, gain: BrakeGain) -> list[float]:
+    """How far the vehicle stops beyond each of the stops, with the map of a brake of 5.6 m/s2."""
+    twist = TwistController(brakes=BrakeMap(0.2473, 0.5695, 0.1), coast_mps2=gain.coast_mps2)
+    found, state = [], BrakeGainState()
+    for _ in range(stops):
+        plant = Plant((PlantParams(brake_full_mps2=brake_full_mps2),), (Pose2(0.0, 0.0, 0.0),))
+        plant.commands[0, CMD_DIRECTION] = 1.0
+        plant.place(0, Pose2(0.0, 0.0, 0.0), 3.0)
+        pedals = TwistState()
+        for tick in range(1000):
+            truth = plant.view(0)
+            left_m = max(0.0, 12.0 - truth.pose_map.x_m)
+            wanted_mps = math.sqrt(2.0 * 0.7 * left_m) if left_m < 6.5 else 3.0
+            slope_mps2 = -0.7 if left_m < 6.5 else 0.0
+            ego = Ego(tick, truth.pose_map, truth.speed_mps, truth.accel_mps2, 0.0, 0.0, 0.02, tick, True)
+            motion = VehicleMotion(tick, truth.speed_mps, 0.0, 0.0, truth.brake_ratio, True, False, True, 1.0)
+            state = gain.step(state, pedals.accel_command_mps2, pedals.brake_ratio, ego, motion)
+            pedals = twist.step(
+                pedals, wanted_mps, slope_mps2, truth.speed_mps, truth.accel_mps2, state.share
+            )
+            plant.commands[0, CMD_THROTTLE] = pedals.throttle_ratio
+            plant.commands[0, CMD_BRAKE] = pedals.brake_ratio
+            plant.step(0.02)
+            if truth.speed_mps == 0.0:
+                break
+        found.append(plant.view(0).pose_map.x_m - 12.0)
+    return found
+
+
+def test_stops_of_a_weaker_brake_come_nearer_to_those_of_the_maps_brake() -> None:
+    gain = BrakeGain()
+    nominal_m = overruns_m(5.6, 1, gain)[0]
+    found_m = overruns_m(4.2, 10, gain)
+    assert abs(found_m[-1] - nominal_m) < 0.6 * abs(found_m[0] - nominal_m)
