@@ -44,7 +44,8 @@ def main() -> None:
     for stack, profile in profiles.items():
         for clip in clips:
             for number, clip_run in enumerate(clip_runs(clip, profile, arguments.seed, arguments.people)):
-                run = SceneDrive(clip_run.scene, logs.of(clip_run.scene.name)).run()
+                scene = clip_run.scene.with_plant(arguments.plant_seed)
+                run = SceneDrive(scene, logs.of(clip_run.scene.name)).run()
                 if arguments.traces is not None:
                     run.trace.write(arguments.traces / stack, clip_run.scene.name)
                 rows.append(_row(stack, clip.name, number, clip_run, run))
@@ -59,7 +60,8 @@ def main() -> None:
             "stacks": arguments.stacks,
             "people": arguments.people,
             "seed": arguments.seed,
-        },
+        }
+        | {"plant_seed": arguments.plant_seed},
         rows,
         summary(rows) | people_summary(rows, reproductions),
     )
@@ -168,6 +170,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
+    parser.add_argument("--plant-seed", type=int, help="of the vehicle's dynamics; nominal without it")
     add_log_arguments(parser)
     return parser.parse_args()
 

@@ -32,24 +32,28 @@ def main() -> None:
     logs = log_choice(arguments)
     profile = load_profile(arguments.profile)
     chosen = list(cells(profile.body))[:: arguments.every]
-    tasks = [(cell, profile, arguments.seed, arguments.traces, logs) for cell in chosen]
-    streets = [(profile, arguments.seed + k) for k in range(round(1e3 * arguments.street_km / _STREET_M))]
+    tasks = [(cell, profile, arguments.seed, arguments.traces, logs, arguments.plant_seed) for cell in chosen]
+    streets = [
+        (profile, arguments.seed + k, arguments.plant_seed)
+        for k in range(round(1e3 * arguments.street_km / _STREET_M))
+    ]
     with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
         rows = list(pool.map(_run, tasks, chunksize=4))
         stops = list(pool.map(_street, streets))
     report.write(
         arguments.json,
         "ncap",
-        {"profile": str(arguments.profile), "every": arguments.every, "seed": arguments.seed},
+        {"profile": str(arguments.profile), "every": arguments.every, "seed": arguments.seed}
+        | {"plant_seed": arguments.plant_seed},
         rows,
         _summary(rows, stops),
     )
 
 
-def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
-    cell, profile, seed, traces, logs = task
+def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice, int | None]) -> Row:
+    cell, profile, seed, traces, logs, plant_seed = task
     best = best_braking(cell, profile.body, profile.lidar.x_m)
-    run = SceneDrive(cell.scene(profile, seed), logs.of(cell.name)).run()
+    run = SceneDrive(cell.scene(profile, seed).with_plant(plant_seed), logs.of(cell.name)).run()
     if traces is not None:
         run.trace.write(traces, cell.name)
     hits = [speed_mps for _, number, speed_mps in run.metrics.front_contacts if number == 1]
@@ -67,10 +71,10 @@ def _run(task: tuple[Cell, Profile, int, Path | None, LogChoice]) -> Row:
     }
 
 
-def _street(task: tuple[Profile, int]) -> tuple[int, float, float]:
+def _street(task: tuple[Profile, int, int | None]) -> tuple[int, float, float]:
     """(hard stops, metres, seconds) of one street."""
-    profile, seed = task
-    run = SceneDrive(quiet_street(profile, _STREET_M, seed)).run()
+    profile, seed, plant_seed = task
+    run = SceneDrive(quiet_street(profile, _STREET_M, seed).with_plant(plant_seed)).run()
     accel = run.trace.array()[:, 5]
     hard = accel < HARD_MPS2
     return int((hard[1:] & ~hard[:-1]).sum()), run.driven_m, float(run.trace.array()[-1, 0])
@@ -107,6 +111,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--street-km", type=float, default=10.0, help="driven for needless hard stops")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
+    parser.add_argument("--plant-seed", type=int, help="of the vehicle's dynamics; nominal without it")
     add_log_arguments(parser)
     return parser.parse_args()
 

@@ -20,6 +20,7 @@ _COMMANDS = (
     "replay",
     "view",
     "waypoints",
+    "vehicle",
     "dispatch",
     "infrastructure",
     "openapi",
@@ -37,6 +38,7 @@ _GROUPS = {
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "audit": "The audit log: is its chain whole?",
     "infrastructure": "The time that cameras at crossings save.",
+    "vehicle": "A vehicle's response: identify it from a recorded drive.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
 _HIDDEN = ("warm",)

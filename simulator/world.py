@@ -31,6 +31,7 @@ from simulator.traffic.pedestrians import Pedestrians
 from simulator.traffic.population import TrafficParams
 from simulator.vehicle.doors import Display, Doors
 from simulator.vehicle.plant import PlantParams, PlantView
+from simulator.vehicle.random_plant import random_plant
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import VEHICLE, CanFrame, HmiOutput, InboxBody, TrackPercept
 
@@ -48,6 +49,7 @@ class WorldOptions:
 
     actors   road users in place of `traffic`
     tracker  noise of the trackers, for vehicles whose stack tracks road users
+    plant_seed  of the dynamics of vehicles that `plants` does not name (`random_plant`); None: nominal ones
     """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
@@ -58,6 +60,14 @@ class WorldOptions:
     plants: dict[str, PlantParams] = field(default_factory=dict)
     actors: Actors | None = None
     tracker: TrackerNoise = field(default_factory=TrackerNoise)
+    plant_seed: int | None = None
+
+    def plants_of(self, profiles: dict[str, Profile]) -> dict[str, PlantParams]:
+        """The dynamics that are not the nominal ones of the vehicle's profile."""
+        if self.plant_seed is None:
+            return self.plants
+        drawn = {v: random_plant(profile, self.plant_seed, v) for v, profile in profiles.items()}
+        return drawn | self.plants
 
 
 class SimWorld:
@@ -83,7 +93,7 @@ class SimWorld:
         self._seed = seed
         self._profiles = profiles
         self._number = {v: i for i, v in enumerate(profiles)}
-        self.fleet = SimFleet(profiles, poses_map, self.options.plants)
+        self.fleet = SimFleet(profiles, poses_map, self.options.plants_of(profiles))
         network = RoadNetwork(road_map)
         self._chargers = Chargers(network)
         self._corridors = [Corridor(network) for _ in profiles]

@@ -3,6 +3,7 @@
 A profile is read once. Every room gets its own part.
 """
 
+import math
 from pathlib import Path as FilePath
 from typing import Literal
 
@@ -110,6 +111,7 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     *_delay_s      from a command to its effect
     *_dead_s, *_lag_s  the same split into dead time and first-order lag
     throttle_fade_mps  speed at which full throttle no longer accelerates
+    steer_bias_rad     true front-wheel angle minus the reported one
     """
 
     brake_gain: float = 0.2473
@@ -127,6 +129,21 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     brake_dead_s: float = 0.2
     brake_lag_s: float = 0.05
     throttle_fade_mps: float = 8.0
+    steer_bias_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        """ValueError for a response that no vehicle has, which a typing error or a failed fit gives."""
+        for name in ("brake_gain", "throttle_per_mps2", "throttle_fade_mps"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must be above 0")
+        for name in ("brake_knee_mps2", "coast_mps2"):
+            if not 0.0 <= getattr(self, name) <= 5.0:
+                raise ValueError(f"{name} must be 0 to 5 m/s2")
+        for name in self.__struct_fields__:
+            if name.endswith(("_dead_s", "_delay_s", "_lag_s")) and not 0.0 <= getattr(self, name) <= 1.5:
+                raise ValueError(f"{name} must be 0 to 1.5 s; the controllers predict no farther")
+        if not -0.1 <= self.steer_bias_rad <= 0.1:
+            raise ValueError("steer_bias_rad must be -0.1 to 0.1; align the wheels")
 
 
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -134,6 +151,8 @@ class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     jerk_mps3_max  of the acceleration that is planned, and commanded by a controller that plans it; full
                    stops excepted
+    identification_drive  control drives the pedals by a program (docs/vehicle/identification.md); on a closed
+                   site only
     """
 
     heading_gain_1ps: float = 2.4
@@ -142,6 +161,7 @@ class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     clearance_m: float = 0.4
     stop_decel_mps2: float = 0.6
     jerk_mps3_max: float = 1.7
+    identification_drive: bool = False
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -173,3 +193,18 @@ def load_profile(path: FilePath) -> Profile:
         raise ProfileError(f"no vehicle profile at {path}; see vehicle_agent/profiles/") from error
     except msgspec.DecodeError as error:
         raise ProfileError(f"{path}: {error}") from error
+
+
+def profile_toml(profile: Profile) -> str:
+    """The profile in the format that `load_profile` reads."""
+    sections = msgspec.to_builtins(profile)
+    lines = [f"{key} = {_toml(value)}" for key, value in sections.items() if not isinstance(value, dict)]
+    for name, values in sections.items():
+        if isinstance(values, dict):
+            lines += ["", f"[{name}]"]
+            lines += [f"{key} = {_toml(value)}" for key, value in values.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: str | float | bool) -> str:
+    return msgspec.json.encode(value).decode()

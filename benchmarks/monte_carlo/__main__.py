@@ -1,8 +1,9 @@
 """Random drives through crowds: `python -m benchmarks.monte_carlo --runs N [--recordings DIR] --json F`.
 
 Each run draws from its own seed: a path (a lane of a shipped map, or a random curve), where the shuttle
-starts on it, its tracker's noise and misses, and a crowd. The crowd is reactive people of a random density,
-of whom some are inattentive, or recorded people from DIR (drone clips and obsmat files), placed on the path.
+starts on it, its dynamics (`simulator/vehicle/random_plant.py`), its tracker's noise and misses, and a crowd.
+The crowd is reactive people of a random density, of whom some are inattentive, or recorded people from DIR
+(drone clips and obsmat files), placed on the path.
 A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted separately. A
 stall is a stand of more than 20 s with a free corridor 1.5 widths wide past all people ahead. In sparse
 crowds (at most one person on 100 m2) the mean speed is compared with that of the same drive without people.
@@ -41,7 +42,7 @@ def main() -> None:
         None if path is None else path.absolute() for path in (arguments.recordings, arguments.traces)
     )
     jobs = [
-        MonteCarloDrive(stack, seed, recordings, traces, logs)
+        MonteCarloDrive(stack, seed, recordings, traces, logs, seed if arguments.plants == "random" else None)
         for stack in stacks
         for seed in range(first, first + arguments.runs)
     ]
@@ -67,6 +68,7 @@ def main() -> None:
             "runs": arguments.runs,
             "stacks": arguments.stacks,
             "seed": first,
+            "plants": arguments.plants,
             "recordings": str(arguments.recordings or ""),
             "workers": workers,
             "cluster": arguments.cluster or "",
@@ -121,6 +123,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--cluster", help="Dask scheduler (tcp://HOST:8786) whose workers drive instead")
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
+    parser.add_argument(
+        "--plants",
+        choices=("random", "nominal"),
+        default="random",
+        help="the vehicle's dynamics: drawn from the run's seed, or those of its profile",
+    )
     add_log_arguments(parser)
     return parser.parse_args()
 

@@ -18,13 +18,17 @@ _MAPS = Path(__file__).resolve().parents[2] / "maps"
 
 @dataclass(frozen=True, slots=True)
 class MonteCarloDrive:
-    """recordings: folder of recorded people; traces: folder for two CSV files; None for none."""
+    """recordings: folder of recorded people; traces: folder for two CSV files; None for none.
+
+    plant_seed: of the vehicle's dynamics; None: nominal ones
+    """
 
     stack: str
     seed: int
     recordings: Path | None
     traces: Path | None
     logs: LogChoice
+    plant_seed: int | None = None
 
 
 @lru_cache(maxsize=1)
@@ -36,12 +40,13 @@ def sources(recordings: Path | None) -> SceneSources:
 def drive(job: MonteCarloDrive) -> Row:
     """One drive; in a sparse crowd also the same drive without people."""
     drawn = draw_scene(sources(job.recordings), profile_of(job.stack), job.seed)
-    run = SceneDrive(drawn.scene, job.logs.of(drawn.scene.name)).run()
+    scene = drawn.scene.with_plant(job.plant_seed)
+    run = SceneDrive(scene, job.logs.of(drawn.scene.name)).run()
     if job.traces is not None:
         run.trace.write(job.traces / job.stack, drawn.scene.name)
     rows, metrics = run.trace.array(), run.metrics
     mean_mps = run.driven_m / max(float(rows[-1, 0]), 1e-9)
-    free_mps = _free_mps(drawn) if drawn.is_sparse else None
+    free_mps = _free_mps(drawn, job.plant_seed) if drawn.is_sparse else None
     cpu_ms = run.plan_cpu_ms or (0.0,)
     return {
         "stack": job.stack,
@@ -64,6 +69,6 @@ def drive(job: MonteCarloDrive) -> Row:
     }
 
 
-def _free_mps(drawn: RandomScene) -> float:
-    run = SceneDrive(drawn.without_people()).run()
+def _free_mps(drawn: RandomScene, plant_seed: int | None) -> float:
+    run = SceneDrive(drawn.without_people().with_plant(plant_seed)).run()
     return run.driven_m / max(float(run.trace.array()[-1, 0]), 1e-9)

@@ -10,7 +10,9 @@ and with perfect localization. The `gem` stack follows waypoints, which are reco
 is also driven on the kinematic vehicle: this gives its `peak_cross_track_m`, the other its
 `disturbed_peak_cross_track_m`. The `nus` stack's pure pursuit follows the same waypoints at 2 m/s, for which
 its look-ahead is set. Stacks that follow trajectories get timed rows of the curve. The reference time is
-defined in `benchmarks/tracking/stacks.py`. Recorded loops are for the `gem` stack.
+defined in `benchmarks/tracking/stacks.py`. --plants vehicles are drawn from seeds
+(`simulator/vehicle/random_plant.py`); of these a stack knows the profile alone that was identified from one
+drive of five minutes (`benchmarks.identify`). Recorded loops are for the `gem` stack.
 """
 
 import argparse
@@ -20,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.identify.plant_drives import drive_plants
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.tracking.reference_paths import lemniscate, recorded_path
 from benchmarks.tracking.stacks import (
@@ -32,12 +35,17 @@ from benchmarks.tracking.stacks import (
 from benchmarks.tracking.waypoint_drive import Drive
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams, plant_params
+from simulator.vehicle.random_plant import random_plant
 from vehicle_agent.config import Profile, load_profile
+from vehicle_agent.identification.identify import identify
 
 _TRACE = ["t_s", "x_m", "y_m", "yaw_rad", "v_mps", "a_mps2", "steer_rad"]
 _PROFILES = Path(__file__).resolve().parents[2] / "vehicle_agent" / "profiles"
 _KINEMATIC = "kinematic"
 _PERFECT = "perfect localization"
+_PLANT = "plant"
+# Of the identification drive before.
+_IDENTIFIED_S = 300.0
 
 
 def main() -> None:
@@ -47,13 +55,19 @@ def main() -> None:
     profile, loop_profile = load_profile(arguments.profile), load_profile(arguments.loop_profile)
     curve = lemniscate(arguments.least_radius_m, arguments.laps)
     rows: list[Row] = []
-    for stack in arguments.stacks:
+    for stack in arguments.stacks if not arguments.plants_only else ():
         for conditions in _conditions(stack, profile, noise, arguments):
             # Perfect localization leaves nothing to chance.
             seeds = 1 if conditions.noise is None else arguments.seeds
             for seed in range(1, seeds + 1):
                 task = FollowTask(curve, profile, arguments.speed_mps, seed, conditions)
                 rows += _follow(stack, task, arguments.traces)
+    seeds = range(arguments.first_plant, arguments.first_plant + arguments.plants)
+    for plant_seed, plant, known in _unknown_vehicles(profile, tuple(seeds), arguments.unidentified):
+        for stack in arguments.stacks:
+            conditions = Conditions(f"{_PLANT} {plant_seed}", plant, noise)
+            task = FollowTask(curve, known, arguments.speed_mps, plant_seed, conditions)
+            rows += _follow(stack, task, arguments.traces)
     for file in arguments.waypoints if "gem" in arguments.stacks else ():
         for seed in range(1, arguments.seeds + 1):
             kinematic = Conditions(_KINEMATIC, None, noise)
@@ -71,6 +85,20 @@ def _conditions(
         found.append(Conditions(f"load {100.0 * share:+.0f} %", _plant(profile, share, arguments), noise))
     found.append(Conditions(_PERFECT, _plant(profile, 0.0, arguments), None))
     return found
+
+
+def _unknown_vehicles(
+    profile: Profile, seeds: tuple[int, ...], unidentified: bool
+) -> list[tuple[int, PlantParams, Profile]]:
+    """(seed, plant, all that is known of it: the profile identified from one drive) of each seed."""
+    plants = tuple(random_plant(profile, seed) for seed in seeds)
+    if unidentified or not plants:
+        return [(seed, plant, profile) for seed, plant in zip(seeds, plants, strict=True)]
+    drives = drive_plants(profile, plants, seeds, _IDENTIFIED_S)
+    return [
+        (seed, plant, identify(drive, profile).profile)
+        for seed, plant, drive in zip(seeds, plants, drives, strict=True)
+    ]
 
 
 def _plant(profile: Profile, load_ratio: float, arguments: argparse.Namespace) -> PlantParams:
@@ -142,6 +170,11 @@ def _figures(row: Row, curve: str) -> list[tuple[str, float]]:
     assert isinstance(ratio, float)
     if row["path"] != curve:
         return [(f"{stack}.{row['path']}.peak_cross_track_m", peak)]
+    if str(conditions).startswith(_PLANT):
+        return [
+            (f"{stack}.unknown_vehicle_peak_cross_track_m", peak),
+            (f"{stack}.unknown_vehicle_time_ratio", ratio),
+        ]
     if conditions == _PERFECT:
         return [(f"{stack}.perfect_localization_peak_m", peak)]
     judged_kinematic = stack in KINEMATIC_STACKS
@@ -172,6 +205,10 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--heading-noise-deg", type=float, default=0.3)
     parser.add_argument("--steering-bias-deg", type=float, default=0.6)
     parser.add_argument("--load-ratio", type=float, default=0.2, help="of the weight, more and less")
+    parser.add_argument("--plants", type=int, default=5, help="vehicles of which nothing is known")
+    parser.add_argument("--first-plant", type=int, default=100, help="seed of the first of them")
+    parser.add_argument("--plants-only", action="store_true", help="leave the known vehicles out")
+    parser.add_argument("--unidentified", action="store_true", help="drive them with the nominal profile")
     parser.add_argument("--profile", type=Path, default=_PROFILES / "campus-shuttle.toml")
     parser.add_argument("--loop-profile", type=Path, default=_PROFILES / "gem-e2.toml")
     return parser.parse_args()

@@ -95,7 +95,7 @@ def _params(task: FollowTask) -> PlantParams:
 def _as_in_the_paper(control: WaypointControl) -> WaypointControl:
     """One gain at every speed, from the present pose without prediction; no trim."""
     follower = msgspec.structs.replace(control.follower, heading_gain_1ps=2.0, gain_speed_mps=0.0)
-    return msgspec.structs.replace(control, follower=follower, steer_delay_s=0.0, trim=None)
+    return msgspec.structs.replace(control, follower=follower, steer_delay_s=0.0, trim=None, slip=None)
 
 
 def _slower(task: FollowTask) -> FollowTask:

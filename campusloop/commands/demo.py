@@ -49,6 +49,9 @@ def demo(
     profile: Annotated[
         Path | None, typer.Option(help="Vehicle profile (TOML); the campus shuttle without it.")
     ] = None,
+    plant_seed: Annotated[
+        int | None, typer.Option(help="Of the shuttles' dynamics; nominal ones without it.")
+    ] = None,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -63,10 +66,10 @@ def demo(
         chosen = Profile() if profile is None else load_profile(profile)
         prepare_kernels(for_campus(chosen.stack), console)
         if headless and begin and end:
-            _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS)
+            _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS, plant_seed)
             return
         if headless:
-            _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen)
+            _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen, plant_seed)
             return
         options = LiveOptions(
             campus_map,
@@ -79,6 +82,7 @@ def demo(
             seed,
             profile_path=profile,
             paced=True,
+            plant_seed=plant_seed,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (
@@ -94,7 +98,14 @@ def demo(
 
 
 def _timetable(
-    console: Console, campus_map: Path, vehicles: int, seed: int, begin: str, end: str, folder: Path
+    console: Console,
+    campus_map: Path,
+    vehicles: int,
+    seed: int,
+    begin: str,
+    end: str,
+    folder: Path,
+    plant_seed: int | None,
 ) -> None:
     # Imported here, because they import the whole server, which is another process in the live demo.
     from campusloop.virtual.campus import CampusOptions
@@ -105,7 +116,7 @@ def _timetable(
     if not road_map.timetable:
         console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
         raise typer.Exit(EXIT_BAD_INPUT)
-    options = CampusOptions(road_map, folder, seed, vehicles)
+    options = CampusOptions(road_map, folder, seed, vehicles, plant_seed=plant_seed)
     try:
         begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
     except ValueError as error:
@@ -128,11 +139,13 @@ def _headless(
     seed: int,
     folder: Path,
     profile: Profile,
+    plant_seed: int | None,
 ) -> None:
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
 
-    options = CampusOptions(load_map(campus_map), empty_folder(folder), seed, vehicles, profile)
+    road_map = load_map(campus_map)
+    options = CampusOptions(road_map, empty_folder(folder), seed, vehicles, profile, plant_seed=plant_seed)
     result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)

@@ -44,19 +44,32 @@ def simulate(
     cluster: Annotated[
         str | None, typer.Option(help="with --km: Dask scheduler (tcp://HOST:8786) whose workers drive")
     ] = None,
+    plant_seed: Annotated[
+        int | None, typer.Option(help="of the vehicles' dynamics; nominal ones without it")
+    ] = None,
     shift_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
 ) -> None:
     """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
     console = Console()
     if km > 0.0:
         maps = SHIPPED_MAPS if map_path is None else (map_path,)
-        _drive_km(console, maps, stack, km, seed, workers, cluster, shift_s, out)
+        _drive_km(console, maps, stack, km, seed, workers, cluster, shift_s, out, plant_seed)
         return
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
     ensure_kernels(SIMULATOR)
     vehicle_ids = tuple(name.strip() for name in vehicles.split(",") if name.strip())
-    simulate_vehicles(map_path, vehicle_ids, profile_path, seed, base_port, folder, people, lidar)
+    simulate_vehicles(
+        map_path,
+        vehicle_ids,
+        profile_path,
+        seed,
+        base_port,
+        folder,
+        people,
+        lidar,
+        plant_seed=plant_seed,
+    )
 
 
 def _drive_km(
@@ -69,6 +82,7 @@ def _drive_km(
     cluster: str | None,
     shift_s: float,
     out: Path | None,
+    plant_seed: int | None,
 ) -> None:
     """Exit 1 if there was a contact."""
     # This imports a whole campus with its server, which the simulation in real time does not need.
@@ -79,7 +93,7 @@ def _drive_km(
     try:
         ensure_kernels(for_campus(profile_of(stack).stack))
         with open_campaign(cluster, workers, log_errors_only, places) as campaign:
-            contacts = report_km(console, campaign, places, stack, km, seed, shift_s, out)
+            contacts = report_km(console, campaign, places, stack, km, seed, shift_s, out, plant_seed)
     except (MapError, ProfileError, NoDistanceDriven, CampaignError, OSError) as error:
         _refuse(console, str(error))
     if contacts:

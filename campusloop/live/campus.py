@@ -36,6 +36,7 @@ class LiveOptions:
     profile_path: of every shuttle; None: the campus shuttle
     paced: all processes share a clock that runs slower where the machine does not keep up (`paced_clock`);
     otherwise they have the computer's clock
+    plant_seed: of the shuttles' dynamics; None: nominal ones
     """
 
     map_path: Path
@@ -50,6 +51,7 @@ class LiveOptions:
     pedestrians: bool = True
     profile_path: Path | None = None
     paced: bool = False
+    plant_seed: int | None = None
 
 
 class LiveCampus:
@@ -76,6 +78,7 @@ class LiveCampus:
                 pedestrians=options.pedestrians,
                 profile_path=options.profile_path,
                 paced=options.paced,
+                plant_seed=options.plant_seed,
             )
         )
         self.road_map = self._shuttles.road_map

@@ -25,7 +25,7 @@ from simulator.live.live import scan_ring_path
 from simulator.live.ports import ports_of
 from vehicle_agent.can.braking import CommandSetError
 from vehicle_agent.can.by_wire import braking_of, codec_of
-from vehicle_agent.config import Profile
+from vehicle_agent.config import Profile, profile_toml
 from vehicle_agent.runtime.devices.can_bus import open_bus
 from vehicle_agent.runtime.processes.agent import AgentPlace, run_gate, run_tick
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
@@ -126,7 +126,7 @@ class ProcessFaultRig:
         folder.mkdir(parents=True, exist_ok=True)
         map_path, profile_path = folder / "map.json", folder / "profile.toml"
         map_path.write_bytes(encode_map(self._map))
-        profile_path.write_text(_toml(self._profile))
+        profile_path.write_text(profile_toml(self._profile))
         ports = self._ports
         vehicle = VehicleFile(
             vehicle_id=VEHICLE_ID,
@@ -170,16 +170,3 @@ def _hardware(map_path: Path, profile_path: Path, base_port: int, folder: Path) 
         people=False,
         lidar=False,
     )
-
-
-def _toml(profile: Profile) -> str:
-    """The profile in the format of `load_profile`."""
-    fields = msgspec.to_builtins(profile)
-    lines = [
-        f"{key} = {msgspec.json.encode(v).decode()}" for key, v in fields.items() if not isinstance(v, dict)
-    ]
-    for section, values in fields.items():
-        if isinstance(values, dict):
-            lines.append(f"[{section}]")
-            lines += [f"{key} = {msgspec.json.encode(value).decode()}" for key, value in values.items()]
-    return "\n".join(lines) + "\n"

@@ -32,6 +32,7 @@ class ShuttleOptions:
     base_port     first of the simulator's loopback ports
     profile_path  of every shuttle; None: the campus shuttle
     paced         all processes share a clock that waits for a slow machine (`paced_clock`)
+    plant_seed    of the shuttles' dynamics; None: nominal ones
     """
 
     map_path: Path
@@ -44,6 +45,7 @@ class ShuttleOptions:
     pedestrians: bool = True
     profile_path: Path | None = None
     paced: bool = False
+    plant_seed: int | None = None
 
 
 class SimulatedShuttles:
@@ -112,6 +114,7 @@ class SimulatedShuttles:
             options.pedestrians,
             True,
             self.clocks,
+            options.plant_seed,
         )
         return Job("simulator", simulate, arguments, log_file=self.log_file("simulator"))
 

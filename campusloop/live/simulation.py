@@ -39,10 +39,12 @@ def simulate_vehicles(
     people: bool = True,
     lidar: bool = True,
     clocks: PacedClocks | None = None,
+    plant_seed: int | None = None,
 ) -> None:
     """Simulate until SIGTERM or Ctrl-C. Input that cannot be simulated ends the process with the reason.
 
     clocks: the simulation opens their master; None: the computer's clock
+    plant_seed: of the vehicles' dynamics; None: nominal ones
     """
     console = journal_console()
     if len(set(vehicle_ids)) != len(vehicle_ids):
@@ -57,7 +59,7 @@ def simulate_vehicles(
             start_poses(road_map, vehicle_ids),
             seed,
             phones,
-            WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar),
+            WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar, plant_seed=plant_seed),
         )
         warm_kernels()
         if clocks is None:

@@ -82,6 +82,10 @@ class Scene:
     resumes_s: tuple[float, ...] = ()
     stop_id: str = ""
 
+    def with_plant(self, plant_seed: int | None) -> "Scene":
+        """The scene with the vehicle's dynamics drawn from a seed; None: nominal ones."""
+        return replace(self, options=replace(self.options, plant_seed=plant_seed))
+
 
 @dataclass(frozen=True, slots=True)
 class SceneRun:

@@ -75,6 +75,7 @@ class CampusOptions:
 
     cameras  parameters of the camera at each of the map's crossings; None for no cameras
     spans    of rides; None: they are not traced
+    plant_seed  of the shuttles' dynamics; None: nominal ones
     """
 
     road_map: RoadMap
@@ -88,6 +89,7 @@ class CampusOptions:
     cameras: CameraParams | None = None
     database_url: str = "sqlite://"
     spans: Spans | None = None
+    plant_seed: int | None = None
 
 
 class VirtualClock:
@@ -276,7 +278,7 @@ class VirtualCampus:
             start_poses(options.road_map, vehicle_ids),
             options.seed,
             self._phones,
-            WorldOptions(traffic=options.traffic, lidar=options.lidar),
+            WorldOptions(traffic=options.traffic, lidar=options.lidar, plant_seed=options.plant_seed),
         )
         begins_ns = int(options.begins.timestamp()) * 1_000_000_000
         vehicles = {

@@ -16,8 +16,8 @@ from vehicle_agent.config import Profile
 
 SUBSTEP_S = 0.005
 # columns of the state
-X, Y, YAW, SPEED, ACCEL, STEER, THROTTLE, BRAKE, ODOMETER, ENERGY, SIDE_SPEED, YAW_RATE = range(12)
-STATE_SIZE = 12
+X, Y, YAW, SPEED, ACCEL, STEER, THROTTLE, BRAKE, ODOMETER, ENERGY, SIDE_SPEED, YAW_RATE, PLAYED = range(13)
+STATE_SIZE = 13
 GRAVITY_MPS2 = 9.81
 # columns of a command: front-wheel angle and its rate limit, pedals, direction (1, -1, 0 for none), lock
 CMD_STEER, CMD_RATE, CMD_THROTTLE, CMD_BRAKE, CMD_DIRECTION, CMD_LOCK = range(6)
@@ -30,7 +30,12 @@ class PlantParams:
 
     steer_bias_rad  the true front-wheel angle minus the reported one
     load_kg         beyond mass_kg, for which the pedals' accelerations hold; negative for a lighter vehicle
-    grade_ratio     slope of the road, uphill positive
+    grade_ratio     slope of the road along the vehicle, uphill positive
+    slope_ratio     slope of the whole site, which rises towards slope_direction_rad of the map
+    steer_play_rad  the wheels move only after the steering has turned by this much the other way
+    brake_blend     share of the brake's force that follows full b^power instead of the knee curve
+    brake_fade_spm  share of its force that the brake loses per m/s of speed
+    throttle_power  acceleration = full throttle^power
     tyres           side slip of a dynamic bicycle; without it the wheels roll where they point
     cog_ratio       centre of gravity behind the front axle, as a share of the wheelbase
     cornering_*     stiffness of an axle, both wheels; friction limits its force
@@ -67,6 +72,13 @@ class PlantParams:
     cornering_front_npr: float = 60_000.0
     cornering_rear_npr: float = 70_000.0
     friction: float = 0.8
+    slope_ratio: float = 0.0
+    slope_direction_rad: float = 0.0
+    steer_play_rad: float = 0.0
+    brake_blend: float = 0.0
+    brake_power: float = 2.5
+    brake_fade_spm: float = 0.0
+    throttle_power: float = 1.0
 
     def row(self) -> Array:
         """The parameters as the kernel takes them, in the order of the fields."""
@@ -79,8 +91,9 @@ class PlantParams:
     P_BRAKE_DELAY, P_BRAKE_LAG, P_BRAKE_FULL, P_BRAKE_KNEE,
     P_ROLLING, P_SPEED_DRAG, P_SPEED_MAX, P_MASS, P_BATTERY, P_IDLE, P_EFFICIENCY,
     P_STEER_BIAS, P_LOAD, P_GRADE, P_TYRES, P_INERTIA, P_COG, P_STIFF_FRONT, P_STIFF_REAR, P_FRICTION,
-) = range(28)  # fmt: skip
-PARAMS_SIZE = 28
+    P_SLOPE, P_SLOPE_DIRECTION, P_PLAY, P_BRAKE_BLEND, P_BRAKE_POWER, P_BRAKE_FADE, P_THROTTLE_POWER,
+) = range(35)  # fmt: skip
+PARAMS_SIZE = 35
 
 
 def plant_params(profile: Profile) -> PlantParams:
@@ -141,10 +154,12 @@ class Plant:
         self.state[:, ENERGY] = np.minimum(charged, self._rows[:, P_BATTERY])
 
     def view(self, i: int) -> PlantView:
-        x, y, yaw, v, a, steer, throttle, brake, odometer, energy, _, yaw_rate = self.state[i].tolist()
+        x, y, yaw, v, a, steer, throttle, brake, odometer, energy, _, yaw_rate, played = self.state[
+            i
+        ].tolist()
         p = self._params[i]
         if not p.tyres:
-            yaw_rate = v * math.tan(steer + p.steer_bias_rad) / p.wheelbase_m
+            yaw_rate = v * math.tan(played + p.steer_bias_rad) / p.wheelbase_m
         return PlantView(
             Pose2(x, y, yaw), v, a, steer, throttle, brake,
             yaw_rate, odometer, energy / p.battery_j,
@@ -162,6 +177,28 @@ def brake_decel(brake: float, full_mps2: float, knee_mps2: float) -> float:
     """Deceleration (m/s2) of a pedal at `brake` (0..1): 0 at 0, full at 1, rising."""
     decel: float = knee_mps2 * ((full_mps2 / knee_mps2 + 1.0) ** brake - 1.0)
     return decel
+
+
+@njit(cache=True)
+def brake_force_mps2(brake: float, speed: float, p: Array) -> float:
+    """Deceleration by the brake alone, for a vehicle of its nominal mass."""
+    decel = brake_decel(brake, p[P_BRAKE_FULL], p[P_BRAKE_KNEE])
+    if p[P_BRAKE_BLEND] > 0.0:
+        powered = p[P_BRAKE_FULL] * max(brake, 0.0) ** p[P_BRAKE_POWER]
+        decel += p[P_BRAKE_BLEND] * (powered - decel)
+    faded: float = decel * max(0.0, 1.0 - p[P_BRAKE_FADE] * abs(speed))
+    return faded
+
+
+@njit(cache=True)
+def throttle_force_mps2(throttle: float, speed: float, p: Array) -> float:
+    """Acceleration by the motor alone, for a vehicle of its nominal mass."""
+    fade = max(0.0, 1.0 - abs(speed) / p[P_SPEED_MAX])
+    opened = throttle
+    if p[P_THROTTLE_POWER] != 1.0:
+        opened = max(throttle, 0.0) ** p[P_THROTTLE_POWER]
+    force: float = p[P_THROTTLE_FULL] * opened * fade
+    return force
 
 
 @njit(cache=True)
@@ -223,18 +260,20 @@ def advance_plant(
             s[THROTTLE] = _lag(s[THROTTLE], throttle, p[P_THROTTLE_LAG], dt)
             s[BRAKE] = _lag(s[BRAKE], brake, p[P_BRAKE_LAG], dt)
             v = s[SPEED]
-            fade = max(0.0, 1.0 - abs(v) / p[P_SPEED_MAX])
             # The pedals' forces are the same whatever the vehicle weighs.
             lightness = p[P_MASS] / (p[P_MASS] + p[P_LOAD])
-            motor = lightness * commands[i, CMD_DIRECTION] * p[P_THROTTLE_FULL] * s[THROTTLE] * fade
+            motor = lightness * commands[i, CMD_DIRECTION] * throttle_force_mps2(s[THROTTLE], v, p)
             hold = (
                 p[P_ROLLING]
                 + p[P_SPEED_DRAG] * abs(v)
-                + lightness * brake_decel(s[BRAKE], p[P_BRAKE_FULL], p[P_BRAKE_KNEE])
+                + lightness * brake_force_mps2(s[BRAKE], v, p)
                 + commands[i, CMD_LOCK] * p[P_BRAKE_FULL]
             )
-            wheels = s[STEER] + p[P_STEER_BIAS]
-            drive, side, yaw_rate = motor - GRAVITY_MPS2 * p[P_GRADE], 0.0, 0.0
+            half_play = 0.5 * p[P_PLAY]
+            s[PLAYED] = min(max(s[PLAYED], s[STEER] - half_play), s[STEER] + half_play)
+            wheels = s[PLAYED] + p[P_STEER_BIAS]
+            grade = p[P_GRADE] + p[P_SLOPE] * math.cos(s[YAW] - p[P_SLOPE_DIRECTION])
+            drive, side, yaw_rate = motor - GRAVITY_MPS2 * grade, 0.0, 0.0
             if p[P_TYRES] > 0.0:
                 side, yaw_rate, drag = slipped(
                     v, s[SIDE_SPEED], s[YAW_RATE], wheels, motor - hold,

@@ -4,6 +4,7 @@ A stack is imported only when it is selected: importing all of them is most of a
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, ProfileError
@@ -16,7 +17,19 @@ PLANNING_STACKS = frozenset({"snow_lion"})
 
 
 def build_car(profile: Profile, road_map: RoadMap) -> Car:
-    """The rooms of the profile's stack on one map. ProfileError for a stack that this version lacks."""
+    """The rooms of the profile's stack on one map; control is that of `driving.identification_drive` if set.
+
+    ProfileError for a stack that this version lacks.
+    """
+    car = _stack_car(profile, road_map)
+    if not profile.driving.identification_drive:
+        return car
+    from vehicle_agent.stacks.identification import excitation_control
+
+    return replace(car, control=excitation_control(profile))
+
+
+def _stack_car(profile: Profile, road_map: RoadMap) -> Car:
     match profile.stack:
         case "gem":
             from vehicle_agent.stacks.gem import gem

@@ -4,7 +4,9 @@ import math
 
 from vehicle_agent.brake_map import BrakeMap
 from vehicle_agent.config import Profile
+from vehicle_agent.control.waypoint.brake_gain import BrakeGain
 from vehicle_agent.control.waypoint.follower import WaypointFollower
+from vehicle_agent.control.waypoint.rear_slip import RearSlip
 from vehicle_agent.control.waypoint.steering import BicycleSteering
 from vehicle_agent.control.waypoint.steering_trim import SteeringTrim
 from vehicle_agent.control.waypoint.twist import TwistController
@@ -110,7 +112,11 @@ def waypoint_control(profile: Profile) -> WaypointControl:
             coast_mps2=response.coast_mps2,
             dt_s=_TICK_S,
         ),
-        trim=SteeringTrim(wheelbase_m=profile.body.wheelbase_m, dt_s=_TICK_S),
+        trim=SteeringTrim(
+            wheelbase_m=profile.body.wheelbase_m, initial_rad=response.steer_bias_rad, dt_s=_TICK_S
+        ),
+        brake_gain=BrakeGain(coast_mps2=response.coast_mps2, dt_s=_TICK_S),
+        slip=RearSlip(nominal_per_mps2=rear_slip_per_mps2(profile), dt_s=_TICK_S),
         steer_delay_s=response.steer_delay_s,
         dt_s=_TICK_S,
     )
@@ -151,6 +157,12 @@ def height_map(profile: Profile) -> HeightMap:
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
     )
+
+
+def rear_slip_per_mps2(profile: Profile) -> float:
+    """Slip angle of the rear axle (rad) in a steady turn of 1 m/s2, by the profile's tyres."""
+    body, tyres = profile.body, profile.tyres
+    return body.mass_kg * tyres.cog_ratio / tyres.cornering_rear_npr
 
 
 def brake_map(profile: Profile) -> BrakeMap:

@@ -28,7 +28,12 @@ def control(profile: Profile) -> TrajectoryControl:
     body, limits, driving = profile.body, profile.limits, profile.driving
     chassis, drivetrain = _chassis(profile), _drivetrain(profile)
     return TrajectoryControl(
-        observer=Observer(drivetrain=drivetrain, chassis=chassis, dt_s=_TICK_S),
+        observer=Observer(
+            drivetrain=drivetrain,
+            chassis=chassis,
+            steer_bias_rad=profile.response.steer_bias_rad,
+            dt_s=_TICK_S,
+        ),
         speed=SpeedControl(
             mpc=LongitudinalMpc(
                 accel_mps2_max=limits.accel_mps2_max,

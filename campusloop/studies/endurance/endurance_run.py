@@ -43,6 +43,7 @@ class EnduranceShift:
     seed: int
     number: int
     duration_s: float = SHIFT_S
+    plant_seed: int | None = None
 
 
 @dataclass(slots=True)
@@ -73,6 +74,7 @@ def run_shift(shift: EnduranceShift) -> ShiftFigures:
             vehicles=_VEHICLES,
             profile=profile,
             begins=begins.astimezone(UTC),
+            plant_seed=shift.plant_seed,
         )
         campus = VirtualCampus(options)
         campus.start()
@@ -162,15 +164,25 @@ def drive_km(
     seed: int,
     shift_s: float,
     report: Callable[[ShiftFigures, float], None],
+    plant_seed: int | None = None,
 ) -> list[ShiftFigures]:
     """Run shifts on the maps in turn until km are driven; report: called after each, with the km so far.
+
+    plant_seed: of the first shift's dynamics, the next shift has the next one; None: nominal ones
 
     The shifts do not depend on the number of workers: one that was begun needlessly is left out.
 
     Raises CampaignError.
     """
     shifts = (
-        EnduranceShift(maps[begun % len(maps)], stack, seed + begun, begun // len(maps), shift_s)
+        EnduranceShift(
+            maps[begun % len(maps)],
+            stack,
+            seed + begun,
+            begun // len(maps),
+            shift_s,
+            None if plant_seed is None else plant_seed + begun,
+        )
         for begun in count()
     )
     done: list[ShiftFigures] = []

@@ -60,6 +60,7 @@ def report_km(
     seed: int,
     shift_s: float,
     out: Path | None,
+    plant_seed: int | None = None,
 ) -> int:
     """Drive, print and write (see `drive_km`). Returns the number of contacts.
 
@@ -80,7 +81,7 @@ def report_km(
             soft_wrap=True,
         )
 
-    shifts = drive_km(campaign, maps, stack, km, seed, shift_s, report)
+    shifts = drive_km(campaign, maps, stack, km, seed, shift_s, report, plant_seed)
     summary = summary_of(shifts)
     if summary is None:
         raise NoDistanceDriven("nothing was driven in these shifts; give them more time (--shift-s)")

@@ -67,6 +67,7 @@ class Observer(msgspec.Struct, frozen=True):
     turn_mps_min          slower, the yaw rate is not used for the steering bias
     external_brake_ratio  a reported brake this far above the command is the guard's or the gate's; until
                           external_brake_s after it the disturbance is not learned
+    steer_bias_rad        of the profile; the filter begins with it
     """
 
     drivetrain: Drivetrain = Drivetrain()
@@ -79,10 +80,11 @@ class Observer(msgspec.Struct, frozen=True):
     turn_mps_min: float = 0.1
     external_brake_ratio: float = 0.1
     external_brake_s: float = 0.5
+    steer_bias_rad: float = 0.0
     dt_s: float = 0.02
 
     def initial(self) -> ObserverState:
-        return ObserverState(initial_filter_state(), np.zeros(VEHICLE_SIZE))
+        return ObserverState(initial_filter_state(self.steer_bias_rad), np.zeros(VEHICLE_SIZE))
 
     def step(
         self, state: ObserverState, ego: Ego, motion: VehicleMotion, commands: Array, standing: bool

@@ -68,10 +68,10 @@ class PoseFilterState(msgspec.Struct, frozen=True):
     no_pose_s: float = 0.0
 
 
-def initial_filter_state() -> PoseFilterState:
-    """The state before the first pose, with nominal tyres and no biases."""
+def initial_filter_state(steer_bias_rad: float = 0.0) -> PoseFilterState:
+    """The state before the first pose, with nominal tyres and the steering's identified bias."""
     return PoseFilterState(
-        np.array((0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
+        np.array((0.0, 0.0, 0.0, 0.0, steer_bias_rad, 1.0)), np.diag((0.0, 0.0, 0.0, 1e-6, 4e-4, 0.09))
     )
 
 

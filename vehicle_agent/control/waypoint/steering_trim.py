@@ -16,12 +16,14 @@ class SteeringTrim(msgspec.Struct, frozen=True):
     settle_s       time constant
     speed_mps_min  slower, the noise of the yaw rate is too large to learn from
     trim_rad_max   a larger difference is a fault, which the gate's steering monitor detects
+    initial_rad    of the profile
     """
 
     wheelbase_m: float = 2.6
     settle_s: float = 2.5
     speed_mps_min: float = 0.8
     trim_rad_max: float = 0.03
+    initial_rad: float = 0.0
     dt_s: float = 0.02
 
     def step(self, trim_rad: float, ego: Ego, motion: VehicleMotion) -> float:

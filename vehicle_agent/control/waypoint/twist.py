@@ -48,9 +48,18 @@ class TwistController(msgspec.Struct, frozen=True):
     dt_s: float = 0.02
 
     def step(
-        self, state: TwistState, wanted_mps: float, slope_mps2: float, speed_mps: float, accel_mps2: float
+        self,
+        state: TwistState,
+        wanted_mps: float,
+        slope_mps2: float,
+        speed_mps: float,
+        accel_mps2: float,
+        brake_share: float = 1.0,
     ) -> TwistState:
-        """The pedals for the speed `wanted_mps`, which changes by `slope_mps2`."""
+        """The pedals for the speed `wanted_mps`, which changes by `slope_mps2`.
+
+        brake_share  the brake's deceleration over that of its map
+        """
         if wanted_mps <= 0.0 and speed_mps < self.hold_below_mps:
             return TwistState(
                 0.0, 0.0, 0.0, 0.0, _step_towards(state.brake_ratio, self.hold_ratio, 2.0 * self.dt_s)
@@ -59,7 +68,7 @@ class TwistController(msgspec.Struct, frozen=True):
         limited = min(max(requested, -self.decel_mps2_max), self.accel_mps2_max)
         command = _step_towards(state.accel_command_mps2, limited, self.jerk_mps3_max * self.dt_s)
         if command < -self.coast_mps2:
-            brake = self.brakes.brake_ratio(-command - self.coast_mps2)
+            brake = self.brakes.brake_ratio((-command - self.coast_mps2) / brake_share)
             return TwistState(command, 0.0, 0.0, 0.0, brake)
         filtered = _low_pass(state.accel_filtered_mps2, accel_mps2, self.accel_filter_s, self.dt_s)
         return self._with_throttle(state, command, filtered)

@@ -1,10 +1,15 @@
 """The GEM stack's control: waypoint follower and twist controller."""
 
+import math
+
 import msgspec
 import numpy as np
 
+from contract.geometry import Pose2
+from vehicle_agent.control.waypoint.brake_gain import BrakeGain, BrakeGainState
 from vehicle_agent.control.waypoint.follower import FollowerState, WaypointFollower, predicted_pose
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
+from vehicle_agent.control.waypoint.rear_slip import RearSlip, RearSlipState
 from vehicle_agent.control.waypoint.steering import BicycleSteering
 from vehicle_agent.control.waypoint.steering_trim import SteeringTrim
 from vehicle_agent.control.waypoint.twist import TwistController, TwistState
@@ -16,18 +21,23 @@ class WaypointControlState(msgspec.Struct, frozen=True):
 
     steers_rad (k,)  the last commands, oldest first, not yet executed
     trim_rad         the wheels stand this far to the left of the command
+    slip             None without `WaypointControl.slip`
     """
 
     steers_rad: np.ndarray
     follower: FollowerState = FollowerState()
     pedals: TwistState = TwistState()
     trim_rad: float = 0.0
+    slip: RearSlipState | None = None
+    brake_gain: BrakeGainState = BrakeGainState()
 
 
 class WaypointControl(msgspec.Struct, frozen=True):
     """Follower, steering and twist controller.
 
     trim                  None: no correction of the wheel angle
+    brake_gain            None: the brake map is never corrected
+    slip                  None: the vehicle is taken to move where it points
     steer_delay_s         from a steering command to the wheels; the follower uses the pose at that time
     released_brake_ratio  above this reported brake a standing vehicle is held
     """
@@ -36,34 +46,58 @@ class WaypointControl(msgspec.Struct, frozen=True):
     steering: BicycleSteering = BicycleSteering()
     twist: TwistController = TwistController()
     trim: SteeringTrim | None = SteeringTrim()
+    slip: RearSlip | None = None
+    brake_gain: BrakeGain | None = None
     steer_delay_s: float = 0.25
     released_brake_ratio: float = 0.2
     dt_s: float = 0.02
 
     def initial(self) -> WaypointControlState:
-        return WaypointControlState(np.zeros(max(1, round(self.steer_delay_s / self.dt_s))))
+        trim_rad = 0.0 if self.trim is None else self.trim.initial_rad
+        return WaypointControlState(
+            np.zeros(max(1, round(self.steer_delay_s / self.dt_s))),
+            trim_rad=trim_rad,
+            slip=None if self.slip is None else self.slip.initial(),
+        )
 
     def step(
         self, state: WaypointControlState, ego: Ego, path: Path, motion: VehicleMotion
     ) -> tuple[ControlCommand, WaypointControlState]:
         """The command that follows the path at its speed. Without by-wire the state follows the reports."""
+        brake_gain = state.brake_gain
+        if self.brake_gain is not None and motion.enabled:
+            before = state.pedals
+            brake_gain = self.brake_gain.step(
+                brake_gain, before.accel_command_mps2, before.brake_ratio, ego, motion
+            )
         if not motion.enabled:
-            state = WaypointControlState(
-                np.full_like(state.steers_rad, motion.steer_rad), trim_rad=state.trim_rad
+            steers_rad = np.full_like(state.steers_rad, motion.steer_rad)
+            state = msgspec.structs.replace(
+                state, steers_rad=steers_rad, follower=FollowerState(), pedals=TwistState()
             )
         elif path.speed_mps > 0.0 and self._is_held(ego, motion):
-            state = WaypointControlState(state.steers_rad, state.follower, trim_rad=state.trim_rad)
+            state = msgspec.structs.replace(state, pedals=TwistState())
         trim_rad = 0.0 if self.trim is None else self.trim.step(state.trim_rad, ego, motion)
         if path.emergency:
             pedals = self.twist.full_stop()
         else:
             pedals = self.twist.step(
-                state.pedals, path.speed_mps, path.accel_mps2, ego.speed_mps, ego.accel_mps2
+                state.pedals,
+                path.speed_mps,
+                path.accel_mps2,
+                ego.speed_mps,
+                ego.accel_mps2,
+                brake_gain.share,
             )
         before_rad = float(state.steers_rad[-1])
         pending_steers_rad = state.steers_rad if self.steer_delay_s > 0.0 else state.steers_rad[:0]
+        slip = state.slip if self.slip is None or state.slip is None else self.slip.step(state.slip, ego)
         pose_map = predicted_pose(
-            ego.pose_map, ego.speed_mps, pending_steers_rad + trim_rad, self.steering.wheelbase_m, self.dt_s
+            self._course_pose(slip, ego),
+            ego.speed_mps,
+            pending_steers_rad + trim_rad,
+            self.steering.wheelbase_m,
+            self.dt_s,
         )
         speed_mps = max(ego.speed_mps, self.steering.speed_mps_min)
         turn_radps, error_rad, follower = self.follower.step(
@@ -80,14 +114,27 @@ class WaypointControl(msgspec.Struct, frozen=True):
             diagnostics=(
                 ("heading_error_rad", error_rad),
                 ("steer_trim_rad", trim_rad),
+                (
+                    "rear_slip_per_mps2",
+                    0.0 if self.slip is None or slip is None else self.slip.per_mps2(slip),
+                ),
+                ("brake_share", brake_gain.share),
                 ("turn_command_radps", turn_radps),
                 ("accel_filtered_mps2", pedals.accel_filtered_mps2),
                 ("throttle_integral", pedals.integral_ratio),
             ),
         )
         return command, WaypointControlState(
-            np.append(state.steers_rad[1:], steer_rad), follower, pedals, trim_rad
+            np.append(state.steers_rad[1:], steer_rad), follower, pedals, trim_rad, slip, brake_gain
         )
+
+    def _course_pose(self, slip: RearSlipState | None, ego: Ego) -> Pose2:
+        """The pose with the direction of motion in place of the heading."""
+        pose = ego.pose_map
+        if self.slip is None or slip is None or not math.isfinite(ego.yaw_rate_radps):
+            return pose
+        course_rad = self.slip.course_rad(slip, pose.yaw_rad, ego.speed_mps, ego.yaw_rate_radps)
+        return Pose2(pose.x_m, pose.y_m, course_rad)
 
     def _is_held(self, ego: Ego, motion: VehicleMotion) -> bool:
         """The brake holds the vehicle, the guard's perhaps, for minutes.

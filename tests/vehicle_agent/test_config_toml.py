@@ -1,0 +1,31 @@
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from vehicle_agent.config import Profile, ProfileError, load_profile, profile_toml
+
+
+def test_a_written_profile_is_read_as_it_was(tmp_path: Path) -> None:
+    response = msgspec.structs.replace(Profile().response, steer_bias_rad=-0.0123, brake_gain=0.31)
+    profile = msgspec.structs.replace(Profile(), name='a "quoted" name', response=response)
+    path = tmp_path / "profile.toml"
+    path.write_text(profile_toml(profile), encoding="utf-8")
+    assert load_profile(path) == profile
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "brake_gain = 0.0",
+        "steer_dead_s = 2.0",
+        "brake_lag_s = -0.1",
+        "steer_bias_rad = nan",
+        "coast_mps2 = 9.0",
+    ],
+)
+def test_a_response_that_no_vehicle_has_is_refused_by_its_name(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "profile.toml"
+    path.write_text(f"[response]\n{line}\n", encoding="utf-8")
+    with pytest.raises(ProfileError, match=line.split()[0]):
+        load_profile(path)
