@@ -17,8 +17,10 @@ class MissionRules(msgspec.Struct, frozen=True):
     standing_*         a vehicle stands when it is slower than this for this long
     rolling_mps        a faster vehicle with open doors closes them
     alight_grace_ns    how much longer than the dwell the doors stay open for riders who should alight
-    near_*             departure check of a temporary stop: no obstacle this near for this long; ends after
-                       near_wait_ns_max, since the swept path is monitored anyway
+    near_*, beside_m   departure check of a temporary stop: no person is within near_m, and nothing stands
+                       before the bumper within near_m or alongside within beside_m, for near_clear_ns. Only
+                       an operator's resume ends the wait for people who stay; the operator hears of it
+                       after near_report_ns
     occupied_*         another vehicle stands on the stop: wait this far behind where a docked one ends, until
                        the stop has been free for this long
     off_route_m        a vehicle farther beside its line is off its route
@@ -41,7 +43,8 @@ class MissionRules(msgspec.Struct, frozen=True):
     alight_grace_ns: int = 10_000_000_000
     near_m: float = 1.5
     near_clear_ns: int = 1_000_000_000
-    near_wait_ns_max: int = 30_000_000_000
+    near_report_ns: int = 30_000_000_000
+    beside_m: float = 0.5
     occupied_gap_m: float = 2.0
     occupied_clear_ns: int = 1_000_000_000
     off_route_m: float = 2.5
