@@ -4,9 +4,11 @@ A profile is read once. Every room gets its own part.
 """
 
 from pathlib import Path as FilePath
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
 
 
 class ProfileError(Exception):
@@ -144,6 +146,23 @@ class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     jerk_mps3_max: float = 1.7
 
 
+class Announcing(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the vehicle says to people; another place may want a quieter or a more patient vehicle.
+
+    stopping_m     a stop is announced this far before it
+    ahead_m        inattentive people farther ahead of the bumper are not addressed
+    step_aside_s   a person for whom the vehicle has stood this long is asked to step aside
+    aside_again_s  shortest time between two such sentences
+    courtesy_s     shortest time between two courtesies (after you, passing)
+    """
+
+    stopping_m: Positive = 20.0
+    ahead_m: Positive = 10.0
+    step_aside_s: Positive = 10.0
+    aside_again_s: Positive = 10.0
+    courtesy_s: Positive = 30.0
+
+
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms."""
 
@@ -158,6 +177,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     by_wire: ByWire = ByWire()
     response: Response = Response()
     driving: Driving = Driving()
+    announcing: Announcing = Announcing()
 
     @property
     def tracks_road_users(self) -> bool:
