@@ -134,6 +134,9 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Driving style. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m.
 
+    waypoint_files  folder and prefix of recorded waypoint files, one a speed, for the GEM stack: it drives
+                    the one of the highest speed of `limits`; empty: the map's lines
+
     jerk_mps3_max  of the acceleration that is planned, and commanded by a controller that plans it; full
                    stops excepted
     """
@@ -143,6 +146,7 @@ class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     obstacles: Literal["line", "paper"] = "line"
     clearance_m: float = 0.4
     stop_decel_mps2: float = 0.6
+    waypoint_files: str = ""
     jerk_mps3_max: float = 1.7
 
 

@@ -50,7 +50,11 @@ def _check_arrival(state: MissionState, rules: MissionRules) -> MissionState:
     target_s_m = state.target_s_m()
     if target_s_m is None or state.held or state.is_off_route or not is_standing(state, rules):
         return state
-    if not -rules.overshot_m <= target_s_m - state.s_m <= rules.arrived_m:
+    left_m = target_s_m - state.s_m
+    if not -rules.overshot_m <= left_m <= rules.arrived_m:
+        return state
+    if left_m > rules.docked_m and state.stamp_ns - state.standing_since_ns < rules.creep_ns:
+        # A vehicle that has stopped short drives on to the stop, if nothing hinders it.
         return state
     if state.temporary is not None:
         return _open_doors(state)

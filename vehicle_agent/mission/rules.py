@@ -12,7 +12,8 @@ class MissionRules(msgspec.Struct, frozen=True):
 
     section_margin_m   kept between the front bumper and a section without a grant
     release_slack_m    how far the rear bumper must be out of a section before the section is released
-    arrived_m          a vehicle that stands this near before a stop has arrived
+    docked_m           a vehicle that stands this near before a stop has arrived
+    arrived_m, creep_ns  one that stands this near for this long, and has not driven on, has arrived as well
     overshot_m         or this far beyond: a stop ordered too late to brake for is served from there
     standing_*         a vehicle stands when it is slower than this for this long
     rolling_mps        a faster vehicle with open doors closes them
@@ -33,7 +34,9 @@ class MissionRules(msgspec.Struct, frozen=True):
     hold_decel_mps2: float
     section_margin_m: float = STANDING_MARGIN_M
     release_slack_m: float = RELEASE_MARGIN_M
+    docked_m: float = 0.2
     arrived_m: float = 0.5
+    creep_ns: int = 3_000_000_000
     overshot_m: float = 1.5
     standing_mps: float = 0.05
     standing_ns: int = 300_000_000

@@ -16,7 +16,12 @@ PLANNING_STACKS = frozenset({"snow_lion"})
 
 
 def build_car(profile: Profile, road_map: RoadMap) -> Car:
-    """The rooms of the profile's stack on one map. ProfileError for a stack that this version lacks."""
+    """The rooms of the profile's stack on one map.
+
+    ProfileError for a stack that this version lacks, and for waypoint files that cannot be driven.
+    """
+    if profile.driving.waypoint_files and profile.stack != "gem":
+        raise ProfileError(f"[driving] waypoint_files: only the gem stack drives them, not {profile.stack}")
     match profile.stack:
         case "gem":
             from vehicle_agent.stacks.gem import gem

@@ -150,6 +150,7 @@ class RingShuttle:
         self.answers: list[OrderAccepted | OrderRejected] = []
         self.points = np.empty((0, 2))
         self.tracks = NO_TRACKS
+        self.stops_short_m = 0.0
         self.occupied_stops: tuple[str, ...] = ()
         self.valid, self.door_sensor, self.doors_open = True, True, False
         self.grants_follow = True
@@ -183,7 +184,7 @@ class RingShuttle:
         return task
 
     def _drive(self, task: Task) -> None:
-        left_m = task.stop_s_m - task.s_m
+        left_m = task.stop_s_m - task.s_m - self.stops_short_m
         moving = (
             task.mode in ("drive", "hold")
             and left_m > 0.02
