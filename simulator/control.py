@@ -64,6 +64,18 @@ class ByWireFault(msgspec.Struct, frozen=True, tag="by_wire_fault"):
     present: bool
 
 
+class ByWireFlag(msgspec.Struct, frozen=True, tag="by_wire_flag"):
+    """A flag of a report of the PACMod module, for example brake_report and vehicle_fault.
+
+    reports  how many reports have it, None for all from now on; 0 ends it
+    """
+
+    vehicle_id: str
+    report: str
+    flag: str
+    reports: int | None = None
+
+
 class SteeringStuck(msgspec.Struct, frozen=True, tag="steering_stuck"):
     """The steering motor does not move while it is stuck; the module does not report it."""
 
@@ -113,6 +125,7 @@ Intervention = (
     | StopButton
     | GnssOutage
     | ByWireFault
+    | ByWireFlag
     | SteeringStuck
     | FramesLost
     | PersonPlaced

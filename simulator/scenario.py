@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from simulator.control import (
     ByWireFault,
+    ByWireFlag,
     DriverActs,
     FramesLost,
     GnssOutage,
@@ -13,12 +14,19 @@ from simulator.control import (
     SteeringStuck,
     StopButton,
 )
+from simulator.ecus.by_wire import ByWire
+from simulator.ecus.injected_flags import UnknownFlagError
+from simulator.ecus.module import Module
 from simulator.ecus.safety_driver import SafetyDriver
 from simulator.world import SimWorld, WorldError
 
 
 def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
-    """Execute an intervention. KeyError for an unknown vehicle; WorldError for a person without traffic."""
+    """Execute an intervention.
+
+    KeyError for an unknown vehicle; WorldError for a person without traffic and for a flag that the vehicle's
+    by-wire module does not have.
+    """
     match intervention:
         case SeatPressed(vehicle_id, seat):
             world.riders.press_seat_button(vehicle_id, seat, now_ns)
@@ -30,6 +38,8 @@ def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
             world.gnss[vehicle_id].silent = silent
         case ByWireFault(vehicle_id, present):
             world.module(vehicle_id).injected_fault = present
+        case ByWireFlag(vehicle_id, report, flag, reports):
+            _inject(world.module(vehicle_id), report, flag, reports)
         case SteeringStuck(vehicle_id, stuck):
             world.module(vehicle_id).steering_stuck = stuck
         case FramesLost(vehicle_id, to_module, to_vehicle):
@@ -39,6 +49,18 @@ def intervene(world: SimWorld, intervention: Intervention, now_ns: int) -> None:
             if world.pedestrians is None:
                 raise WorldError("this world has no pedestrians; give it TrafficParams to place a person")
             world.pedestrians.population.place(x_m, y_m, waypoints)
+
+
+def _inject(module: Module, report: str, flag: str, reports: int | None) -> None:
+    if not isinstance(module, ByWire):
+        raise WorldError("flags can be injected into a PACMod module; this vehicle has servos")
+    try:
+        if reports == 0:
+            module.clear_injected(report, flag)
+        else:
+            module.inject(report, flag, reports)
+    except UnknownFlagError as error:
+        raise WorldError(str(error)) from error
 
 
 @dataclass(frozen=True, slots=True)

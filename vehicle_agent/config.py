@@ -5,9 +5,11 @@ A profile is read once. Every room gets its own part.
 
 import math
 from pathlib import Path as FilePath
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)]
 
 
 class ProfileError(Exception):
@@ -149,6 +151,9 @@ class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Driving style. obstacles: "line" sweeps the route to 5 (v + 1) m, "paper" the steering arc to 15 m.
 
+    waypoint_files  folder and prefix of recorded waypoint files, one a speed, for the GEM stack: it drives
+                    the one of the highest speed of `limits`; empty: the map's lines
+
     jerk_mps3_max  of the acceleration that is planned, and commanded by a controller that plans it; full
                    stops excepted
     identification_drive  control drives the pedals by a program (docs/vehicle/identification.md); on a closed
@@ -160,8 +165,26 @@ class Driving(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     obstacles: Literal["line", "paper"] = "line"
     clearance_m: float = 0.4
     stop_decel_mps2: float = 0.6
+    waypoint_files: str = ""
     jerk_mps3_max: float = 1.7
     identification_drive: bool = False
+
+
+class Announcing(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the vehicle says to people; another place may want a quieter or a more patient vehicle.
+
+    stopping_m     a stop is announced this far before it
+    ahead_m        inattentive people farther ahead of the bumper are not addressed
+    step_aside_s   a person for whom the vehicle has stood this long is asked to step aside
+    aside_again_s  shortest time between two such sentences
+    courtesy_s     shortest time between two courtesies (after you, passing)
+    """
+
+    stopping_m: Positive = 20.0
+    ahead_m: Positive = 10.0
+    step_aside_s: Positive = 10.0
+    aside_again_s: Positive = 10.0
+    courtesy_s: Positive = 30.0
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -178,6 +201,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     by_wire: ByWire = ByWire()
     response: Response = Response()
     driving: Driving = Driving()
+    announcing: Announcing = Announcing()
 
     @property
     def tracks_road_users(self) -> bool:

@@ -1,6 +1,9 @@
 """The by-wire module of one vehicle: it takes commands by CAN, drives the actuators and reports at 30 Hz."""
 
+from dataclasses import replace
+
 from simulator.ecus.command_watch import CommandWatch
+from simulator.ecus.injected_flags import Flag, checked_flag
 from simulator.ecus.module import ActuatorTargets, FailAction, Module
 from simulator.ecus.report_frames import ModuleStatus, report_frames
 from simulator.vehicle.plant import PlantView
@@ -19,6 +22,9 @@ class ByWire(Module):
 
     A rising supervisory enable bit enables it if both pedals are commanded at zero and there is no override
     and no fault. Enabling with a pedal down damages the brake servo (a latched fault).
+
+    Any flag of its reports can be injected. A subsystem with an injected `enabled` flag lets go of its
+    actuator; the other flags are only reported, as by a module that notices a fault and drives on.
     """
 
     def __init__(
@@ -26,6 +32,15 @@ class ByWire(Module):
     ) -> None:
         super().__init__(profile, fail_action, CommandWatch(gap_ns_min))
         self._gear = PARK
+        self._injected: dict[Flag, int | None] = {}
+
+    def inject(self, report: str, signal: str, reports: int | None = None) -> None:
+        """Report this flag from now on, or in the next `reports` reports only. Raises UnknownFlagError."""
+        self._injected[checked_flag(report, signal)] = reports
+
+    def clear_injected(self, report: str, signal: str) -> None:
+        """Report the truth about this flag again. Raises UnknownFlagError."""
+        self._injected.pop(checked_flag(report, signal), None)
 
     def receive(self, frame: CanFrame) -> None:
         """One frame from the bus, `stamp_ns` being its arrival."""
@@ -46,7 +61,18 @@ class ByWire(Module):
             self._gear = self.watch.value("shift_command", "gear")
 
     def reports(self, now_ns: int, truth: PlantView) -> tuple[CanFrame, ...]:
-        return report_frames(now_ns, self._status(now_ns), truth, self.profile)
+        frames = report_frames(now_ns, self._status(now_ns), truth, self.profile)
+        left = {flag: None if count is None else count - 1 for flag, count in self._injected.items()}
+        self._injected = {flag: count for flag, count in left.items() if count != 0}
+        return frames
+
+    def targets(self, truth: PlantView) -> ActuatorTargets:
+        targets = super().targets(truth)
+        return replace(targets, steer_rate_radps=0.0) if self._lets_go("steering_report") else targets
+
+    def _lets_go(self, report: str) -> bool:
+        """The subsystem has let go although the module is enabled."""
+        return self.enabled and (report, "enabled") in self._injected
 
     def commanded(self) -> ActuatorTargets:
         watch, column = self.watch, self.profile.steering
@@ -55,8 +81,11 @@ class ByWire(Module):
         return ActuatorTargets(
             front_from_wheel(column, wheel_rad),
             watch.value("steering_command", "wheel_rate") / linear_rad,
-            self._pedal("accelerator_command"),
-            max(self._pedal("brake_command"), self.driver.brake_ratio),
+            0.0 if self._lets_go("accelerator_report") else self._pedal("accelerator_command"),
+            max(
+                0.0 if self._lets_go("brake_report") else self._pedal("brake_command"),
+                self.driver.brake_ratio,
+            ),
             *self.gear(),
         )
 
@@ -102,6 +131,7 @@ class ByWire(Module):
             commanded_gear=self.watch.value("shift_command", "gear"),
             commanded_wheel_rad=self.watch.value("steering_command", "wheel_angle"),
             errors=self.watch.malformed + self.watch.miscounted + self.watch.crowded,
+            injected=frozenset(self._injected),
         )
 
 

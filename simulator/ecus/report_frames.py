@@ -3,9 +3,11 @@
 import math
 from dataclasses import dataclass
 
+from simulator.ecus.injected_flags import Flag, with_flags
 from simulator.ecus.safety_driver import SafetyDriver
 from simulator.vehicle.plant import PlantView
 from vehicle_agent.can.dbc import layouts
+from vehicle_agent.can.pacmod.codec import HEADLIGHTS, TURN_SIGNALS
 from vehicle_agent.can.steering_column import wheel_from_front
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
@@ -31,6 +33,7 @@ class ModuleStatus:
     commanded_gear: float
     commanded_wheel_rad: float
     errors: int
+    injected: frozenset[Flag] = frozenset()
 
 
 def report_frames(
@@ -40,7 +43,7 @@ def report_frames(
     known = layouts()
     return tuple(
         CanFrame(now_ns, known[name].arbitration_id, known[name].pack(values))
-        for name, values in _values(status, truth, profile).items()
+        for name, values in with_flags(_values(status, truth, profile), status.injected).items()
     )
 
 
@@ -77,8 +80,12 @@ def _values(status: ModuleStatus, truth: PlantView, profile: Profile) -> dict[st
         | {"manual": status.gear, "commanded": status.commanded_gear, "output": status.gear},
         "steering_report": _subsystem(status, "steering_command")
         | {"manual": hands_rad, "commanded": status.commanded_wheel_rad, "output": wheel_rad},
+        "turn_report": _stalk(status, TURN_SIGNALS.index(driver.turn_signal)),
+        "horn_report": _stalk(status, driver.horn),
+        "headlight_report": _stalk(status, HEADLIGHTS.index(driver.headlights)),
         "speed_report": {"speed": truth.speed_mps},
         "wheel_report": _wheel_speeds(truth, profile.body.wheelbase_m),
+        "yaw_rate_report": {"yaw_new": True, "yaw_valid": True, "yaw_rate": truth.yaw_rate_radps},
         "stop_button_report": {"pressed": status.stop_pressed},
         "energy_report": {"charge": truth.battery_ratio},
     }
@@ -91,6 +98,11 @@ def _subsystem(status: ModuleStatus, command: str) -> dict[str, float]:
         "bywire_fault": status.faulted,
         "command_timeout": command in status.late,
     }
+
+
+def _stalk(status: ModuleStatus, code: float) -> dict[str, float]:
+    """What only the driver operates: no command takes it by wire."""
+    return {"bywire_fault": status.faulted, "manual": code, "output": code}
 
 
 def _wheel_speeds(truth: PlantView, wheelbase_m: float) -> dict[str, float]:

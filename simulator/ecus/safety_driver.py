@@ -1,6 +1,8 @@
-"""The safety driver's input to the pedals and the steering wheel."""
+"""The safety driver's input to the pedals, the steering wheel and the stalks."""
 
 from dataclasses import dataclass
+
+from vehicle_agent.signals import Headlights, TurnSignal
 
 OVERRIDE_PEDAL_RATIO = 0.05
 
@@ -12,6 +14,9 @@ class SafetyDriver:
     brake_ratio: float = 0.0
     throttle_ratio: float = 0.0
     steer_rad: float | None = None
+    turn_signal: TurnSignal = "none"
+    horn: bool = False
+    headlights: Headlights = "off"
 
     @property
     def takes_over(self) -> bool:

@@ -25,7 +25,7 @@ from vehicle_agent.onboard.tick import tick
 from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.inbox import Inbox, inputs_from
 from vehicle_agent.signals import InboxBody, LinkState, Outputs
-from vehicle_agent.stacks.choice import build_car
+from vehicle_agent.stacks.choice import build_car, build_planner
 from vehicle_agent.stacks.rooms import height_map
 
 TICK_NS = 20_000_000
@@ -63,6 +63,7 @@ class DrivenShuttle:
             road_map, {self.name: profile}, {self.name: pose}, seed, SilentPhone(self.name), options
         )
         self.car = build_car(profile, road_map)
+        self.planner = build_planner(profile, road_map)
         self.state = initial_state(self.car)
         self.now_ns = TICK_NS
         self.events: list[tuple[int, VehicleEvent]] = []
@@ -134,6 +135,8 @@ class DrivenShuttle:
             self.inbox.put(self.now_ns, "test", body)
         self._pending.clear()
         self.state, outputs = tick(self.state, inputs_from(self.inbox.drain(), self.now_ns), self.car)
+        if self.planner is not None:
+            self._pending += [self.planner(job) for job in outputs.jobs]
         route = self.state.mission.route
         if route is not None and route.line_id != self._followed:
             self.world.follow(self.name, route.line.points[self.state.mission.segment :])

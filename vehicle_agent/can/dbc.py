@@ -37,11 +37,18 @@ class SignalLayout(msgspec.Struct, frozen=True):
             raise FrameError(f"{self.name} = {value}: a command must be a finite number")
         return min(max(round(value / self.scale), self.raw_min), self.raw_max) & self.mask
 
+    def is_within_range(self, word: int) -> bool:
+        """False for the codes above the range, which mean an error or a value that is not available."""
+        return self.raw_min <= self._raw(word) <= self.raw_max
+
     def read(self, word: int) -> float:
+        return self._raw(word) * self.scale
+
+    def _raw(self, word: int) -> int:
         raw = (word >> self.shift) & self.mask
         if self.signed and raw > self.mask >> 1:
             raw -= self.mask + 1
-        return raw * self.scale
+        return raw
 
 
 class MessageLayout(msgspec.Struct, frozen=True):

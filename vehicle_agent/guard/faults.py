@@ -21,7 +21,7 @@ _INPUT_FAULTS = ("pose_", "percept_", "path_", "lidar_", "command_")
 
 
 class AgeLimits(msgspec.Struct, frozen=True):
-    """When an input is too old to drive by, ns; percept_ns 0 where the vehicle has no lidar."""
+    """When an input is too old to drive by, ns; percept_ns 0 where no sensor looks at the road."""
 
     motion_ns: int = CAN_FRAME_AGE_NS_MAX
     pose_ns: int = POSE_AGE_NS_MAX

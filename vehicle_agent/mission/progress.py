@@ -1,12 +1,13 @@
 """Arrival, dwell and departure at a visit or a temporary stop."""
 
-import msgspec
-import numpy as np
+import math
 
-from contract.geometry import Array, Pose2, inverse, transform_points
-from contract.wire.messages import DoorsChanged, VehicleEvent, Visit, VisitChanged
+import msgspec
+
+from contract.wire.messages import Blocked, DoorsChanged, VehicleEvent, Visit, VisitChanged
 from vehicle_agent.mission import boarding
 from vehicle_agent.mission.boarding import SeatState
+from vehicle_agent.mission.departure import nearest_hindrance_m
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import Ego, World
@@ -49,7 +50,11 @@ def _check_arrival(state: MissionState, rules: MissionRules) -> MissionState:
     target_s_m = state.target_s_m()
     if target_s_m is None or state.held or state.is_off_route or not is_standing(state, rules):
         return state
-    if not -rules.overshot_m <= target_s_m - state.s_m <= rules.arrived_m:
+    left_m = target_s_m - state.s_m
+    if not -rules.overshot_m <= left_m <= rules.arrived_m:
+        return state
+    if left_m > rules.docked_m and state.stamp_ns - state.standing_since_ns < rules.creep_ns:
+        # A vehicle that has stopped short drives on to the stop, if nothing hinders it.
         return state
     if state.temporary is not None:
         return _open_doors(state)
@@ -117,27 +122,24 @@ def _leave_stop(state: MissionState, rules: MissionRules, ego: Ego, world: World
         visit = state.visit()
         at_it = visit is not None and state.memory.visit_state(visit.visit_id) == "under_way"
         return _finish_visit(state, visit) if visit is not None and at_it else state.after(stage="driving")
-    near = _is_surrounding_occupied(world, ego.pose_map, rules)
+    hindrance_m = nearest_hindrance_m(world, ego, rules)
     near_since_ns = state.near_since_ns or state.stamp_ns
-    clear_since_ns = 0 if near else state.clear_since_ns or state.stamp_ns
-    is_clear = not near and state.stamp_ns - clear_since_ns >= rules.near_clear_ns
-    if is_clear or state.stamp_ns - near_since_ns >= rules.near_wait_ns_max:
-        return state.after(stage="driving", temporary=None, near_since_ns=0, clear_since_ns=0)
-    return state.after(near_since_ns=near_since_ns, clear_since_ns=clear_since_ns)
+    clear_since_ns = 0 if math.isfinite(hindrance_m) else state.clear_since_ns or state.stamp_ns
+    is_clear = clear_since_ns > 0 and state.stamp_ns - clear_since_ns >= rules.near_clear_ns
+    if is_clear or state.resumed_ns > near_since_ns:
+        cleared = (Blocked(near_since_ns, True, 0.0, ego.pose_map),) if state.near_reported else ()
+        return state.after(
+            *cleared, stage="driving", temporary=None, near_since_ns=0, clear_since_ns=0, near_reported=False
+        )
+    state = state.after(near_since_ns=near_since_ns, clear_since_ns=clear_since_ns)
+    if state.near_reported or clear_since_ns or state.stamp_ns - near_since_ns < rules.near_report_ns:
+        return state
+    return state.after(Blocked(near_since_ns, False, hindrance_m, ego.pose_map), near_reported=True)
 
 
 def _finish_visit(state: MissionState, visit: Visit) -> MissionState:
     event: VehicleEvent = VisitChanged(visit.visit_id, visit.stop_id, "done")
     return state.after(event, memory=state.memory.with_visit(visit.visit_id, "done"), stage="driving")
-
-
-def _is_surrounding_occupied(world: World, pose_map: Pose2, rules: MissionRules) -> bool:
-    """An obstacle cell is within near_m of the outline."""
-    points: Array = transform_points(inverse(pose_map), world.points_map)
-    x, y = points[:, 0], points[:, 1]
-    dx = np.maximum(np.maximum(-rules.body.back_m - x, x - rules.body.front_m), 0.0)
-    dy = np.maximum(np.abs(y) - rules.half_width_m, 0.0)
-    return bool(np.any(dx * dx + dy * dy < rules.near_m**2))
 
 
 def update_position(state: MissionState, rules: MissionRules, ego: Ego) -> MissionState:

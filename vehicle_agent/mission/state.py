@@ -27,6 +27,7 @@ class MissionState(msgspec.Struct, frozen=True):
     doors_open_ns  when the doors stood open at this stop, 0 before
     is_off_route  the vehicle is off its line: a driver took it elsewhere
     near_since_ns, clear_since_ns  departure check of a temporary stop: since when it waits, since when free
+    near_reported  the operator was told of that wait
     wait_s_m, stop_free_since_ns  where to wait for an occupied stop, None while there is none; since when it
                   is free again, 0 while it is not
     refused_ns    when the seat button was last refused under way, 0 before
@@ -57,6 +58,7 @@ class MissionState(msgspec.Struct, frozen=True):
     temporaries: int = 0
     near_since_ns: int = 0
     clear_since_ns: int = 0
+    near_reported: bool = False
     wait_s_m: float | None = None
     stop_free_since_ns: int = 0
     occupied_sections: tuple[OccupiedSection, ...] = ()

@@ -1,5 +1,6 @@
 """The inbox: everything that is not deterministic, until the next tick."""
 
+from collections import Counter, deque
 from collections.abc import Sequence
 
 from contract.wire.messages import Command, Grants, Order, PassengerTap
@@ -23,38 +24,54 @@ from vehicle_agent.signals import (
     TrackPercept,
 )
 
+# A second without a tick: the module sends about 500 frames, the inertial sensor and the receiver 300 values.
+SHARE_MAX = 1000
+SHARES = 32
+# Under this name items are counted whose source has no share.
+UNKNOWN_SOURCE = "unknown"
+
 
 class Inbox:
-    """Collects items of all sources; each source has its own sequence.
+    """Collects items of all sources; each source has its own sequence and its own share.
 
-    The bound is common to all sources. When it is reached, new items are dropped and counted, so that a
-    broken device cannot fill the memory.
+    A source that has filled its share loses its oldest items, and no other source loses any: a broken device
+    neither fills the memory nor displaces the others. Sources beyond the number of shares are refused.
 
-    mask  masks boarding codes; None for a vehicle that is given none
+    share_max, shares  items of one source between two ticks, number of sources
+    mask               masks boarding codes; None for a vehicle that is given none
+    dropped            lost items by source, since the start
     """
 
-    def __init__(self, items_max: int = 2000, mask: CodeMask | None = None) -> None:
-        self.dropped = 0
+    def __init__(
+        self, share_max: int = SHARE_MAX, shares: int = SHARES, mask: CodeMask | None = None
+    ) -> None:
+        self.dropped: Counter[str] = Counter()
         self._mask = mask
-        self._items: list[InboxItem] = []
-        self._items_max = items_max
+        self._share_max, self._shares = share_max, shares
+        self._items: dict[str, deque[InboxItem]] = {}
         self._next: dict[str, int] = {}
 
     def put(self, arrival_ns: int, source: str, body: InboxBody) -> None:
-        if len(self._items) >= self._items_max:
-            self.dropped += 1
-            return
+        items = self._items.get(source)
+        if items is None:
+            if len(self._items) >= self._shares:
+                self.dropped[UNKNOWN_SOURCE] += 1
+                return
+            items = self._items[source] = deque(maxlen=self._share_max)
+        if len(items) == self._share_max:
+            self.dropped[source] += 1
         sequence = self._next.get(source, 0)
         self._next[source] = sequence + 1
         if self._mask is not None:
             body = self._mask.masked(body)
-        self._items.append(InboxItem(arrival_ns, source, sequence, body))
+        items.append(InboxItem(arrival_ns, source, sequence, body))
 
     def drain(self) -> tuple[InboxItem, ...]:
         """All items in (arrival, source, sequence) order; the inbox is empty afterwards."""
-        items = tuple(sorted(self._items, key=lambda item: (item.arrival_ns, item.source, item.sequence)))
-        self._items.clear()
-        return items
+        items = [item for share in self._items.values() for item in share]
+        for share in self._items.values():
+            share.clear()
+        return tuple(sorted(items, key=lambda item: (item.arrival_ns, item.source, item.sequence)))
 
 
 def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:

@@ -62,7 +62,16 @@ from vehicle_agent.signals.surroundings import (
     WatchedArea,
     World,
 )
-from vehicle_agent.signals.vehicle import GATE_BRAKING, Ego, Fault, VehicleMotion, fault_report
+from vehicle_agent.signals.vehicle import (
+    GATE_BRAKING,
+    Ego,
+    Fault,
+    Headlights,
+    ReportedGear,
+    TurnSignal,
+    VehicleMotion,
+    fault_report,
+)
 
 __all__ = [
     "CYCLIST",
@@ -90,6 +99,7 @@ __all__ = [
     "Gear",
     "GnssFix",
     "GuardStatus",
+    "Headlights",
     "HmiOutput",
     "ImuSample",
     "InboxBody",
@@ -109,6 +119,7 @@ __all__ = [
     "PlanJob",
     "PlanMemory",
     "Predictions",
+    "ReportedGear",
     "SeatButton",
     "SeatSensor",
     "Task",
@@ -117,6 +128,7 @@ __all__ = [
     "TrackPercept",
     "Tracks",
     "Trajectory",
+    "TurnSignal",
     "VehicleMotion",
     "View",
     "WatchedArea",

@@ -1,5 +1,7 @@
 """can, localization: the vehicle's own motion and pose, and their faults."""
 
+from typing import Literal
+
 import msgspec
 
 from contract.geometry import Pose2
@@ -15,6 +17,10 @@ class Fault(msgspec.Struct, frozen=True):
     since_ns: int
 
 
+ReportedGear = Literal["park", "reverse", "neutral", "drive", "low"]
+TurnSignal = Literal["right", "none", "left", "hazard"]
+Headlights = Literal["off", "low", "high"]
+
 # The fault of the gate's own braking; the gate releases the brake only after a new by-wire request.
 GATE_BRAKING = "gate_braking"
 
@@ -26,6 +32,9 @@ class VehicleMotion(msgspec.Struct, frozen=True):
     steer_rad     front-wheel angle of the bicycle model, left positive
     enabled       by-wire controls the vehicle
     overridden    the safety driver has taken over since the last enable
+    wheels_radps  turning rates: front left, front right, rear left, rear right
+
+    The values with the default None are None where the vehicle does not report them.
     """
 
     stamp_ns: int
@@ -38,6 +47,12 @@ class VehicleMotion(msgspec.Struct, frozen=True):
     ready: bool
     battery_ratio: float
     faults: tuple[Fault, ...] = ()
+    yaw_rate_radps: float | None = None
+    wheels_radps: tuple[float, float, float, float] | None = None
+    gear: ReportedGear | None = None
+    turn_signal: TurnSignal | None = None
+    horn: bool | None = None
+    headlights: Headlights | None = None
 
 
 class Ego(msgspec.Struct, frozen=True):

@@ -19,7 +19,7 @@ PLANNING_STACKS = frozenset({"snow_lion"})
 def build_car(profile: Profile, road_map: RoadMap) -> Car:
     """The rooms of the profile's stack on one map; control is that of `driving.identification_drive` if set.
 
-    ProfileError for a stack that this version lacks.
+    ProfileError for a stack that this version lacks, and for waypoint files that cannot be driven.
     """
     car = _stack_car(profile, road_map)
     if not profile.driving.identification_drive:
@@ -30,6 +30,8 @@ def build_car(profile: Profile, road_map: RoadMap) -> Car:
 
 
 def _stack_car(profile: Profile, road_map: RoadMap) -> Car:
+    if profile.driving.waypoint_files and profile.stack != "gem":
+        raise ProfileError(f"[driving] waypoint_files: only the gem stack drives them, not {profile.stack}")
     match profile.stack:
         case "gem":
             from vehicle_agent.stacks.gem import gem

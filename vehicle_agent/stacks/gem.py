@@ -1,12 +1,17 @@
 """The GEM stack: the implementation of each room, with the profile's parameters."""
 
+from pathlib import Path
+
+import msgspec
+
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
-from vehicle_agent.config import Profile
+from vehicle_agent.config import Profile, ProfileError
 from vehicle_agent.localization.gnss import GnssLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
+from vehicle_agent.planning.waypoint.recorded import RecordedWay
 from vehicle_agent.stacks.rooms import (
     announcer,
     cells,
@@ -15,6 +20,8 @@ from vehicle_agent.stacks.rooms import (
     waypoint_control,
     waypoint_planning,
 )
+from vehicle_agent.waypoints.files import WaypointFileError
+from vehicle_agent.waypoints.recorded_way import recorded_way
 from vehicle_agent.world.surroundings import Surroundings
 
 
@@ -27,8 +34,21 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
         perception=cells(profile),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),
-        planning=waypoint_planning(profile),
+        planning=msgspec.structs.replace(
+            waypoint_planning(profile), recorded=recorded_waypoints(profile, road_map)
+        ),
         control=waypoint_control(profile),
         guard=guard(profile),
         hmi=announcer(profile),
     )
+
+
+def recorded_waypoints(profile: Profile, road_map: RoadMap) -> RecordedWay | None:
+    """The recorded way that the profile names; None if it names none. Raises ProfileError."""
+    files = profile.driving.waypoint_files
+    if not files:
+        return None
+    try:
+        return recorded_way(Path(files), road_map, waypoint_planning(profile).waypoints)
+    except WaypointFileError as error:
+        raise ProfileError(f"[driving] waypoint_files: {error}") from error

@@ -31,7 +31,7 @@ def nus(profile: Profile, road_map: RoadMap) -> Car:
     return Car(
         can=base.can,
         localization=base.localization,
-        perception=TrackingPerception(cells(profile)),
+        perception=TrackingPerception(cells(profile), has_lidar=profile.lidar.rate_hz > 0.0),
         world=base.world,
         mission=base.mission,
         planning=planning(profile, road_map),

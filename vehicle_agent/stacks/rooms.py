@@ -48,9 +48,15 @@ def cells(profile: Profile) -> HeightMapPerception:
 
 
 def announcer(profile: Profile) -> Announcer:
-    """Screens and announcements for the vehicle's outline."""
-    body = profile.body
-    return Announcer(Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m))
+    """Screens and announcements for the vehicle's outline, as its profile wants them."""
+    body, announcing = profile.body, profile.announcing
+    return Announcer(
+        Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m, ahead_m=announcing.ahead_m),
+        step_aside_ns=round(announcing.step_aside_s * 1e9),
+        aside_again_ns=round(announcing.aside_again_s * 1e9),
+        courtesy_ns=round(announcing.courtesy_s * 1e9),
+        stopping_m=announcing.stopping_m,
+    )
 
 
 def mission_rules(profile: Profile) -> MissionRules:
@@ -123,7 +129,11 @@ def waypoint_control(profile: Profile) -> WaypointControl:
 
 
 def guard(profile: Profile) -> Guard:
-    """The guard with the profile's limits and the ages of `rates`; without lidar it expects no scans."""
+    """The guard with the profile's limits and the ages of `rates`.
+
+    Without a lidar and without a tracker it expects no percepts.
+    """
+    perceives = profile.lidar.rate_hz > 0.0 or profile.tracks_road_users
     body, limits = profile.body, profile.limits
     brakes = brake_map(profile)
     return Guard(
@@ -144,7 +154,7 @@ def guard(profile: Profile) -> Guard:
         stop_ratio=brakes.brake_ratio(0.4 * limits.decel_mps2_max),
         firm_ratio=brakes.brake_ratio(0.85 * limits.decel_mps2_max),
         slow_ratio=brakes.brake_ratio(limits.decel_mps2_comfort),
-        ageing=AgeLimits() if profile.lidar.rate_hz > 0.0 else AgeLimits(percept_ns=0),
+        ageing=AgeLimits() if perceives else AgeLimits(percept_ns=0),
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 from vehicle_agent.can.handshake import Handshake
 from vehicle_agent.can.module_state import (
     BOOT_GRACE_NS,
+    FAULT_SHOWN_NS,
     MALFORMED_SHOWN_NS,
     REFUSALS_MAX,
     REPORT_LOST_NS,
@@ -89,9 +90,20 @@ def test_several_faults_come_in_a_fixed_order_and_keep_when_they_began() -> None
     both = msgspec.structs.replace(HEALTHY, faulted=True, stop_pressed=True)
     second = with_faults(first, both, (), NOW_NS + 20)
     assert [(fault.code, fault.since_ns) for fault in second.faults] == [
-        ("emergency_stop_pressed", NOW_NS + 20),
         ("bywire_fault", NOW_NS),
+        ("emergency_stop_pressed", NOW_NS + 20),
     ]
+
+
+def test_a_fault_that_comes_and_goes_is_one_fault_until_a_second_after_its_last_report() -> None:
+    state = ON
+    for number in range(20):
+        status = msgspec.structs.replace(HEALTHY, faulted=number % 2 == 0)
+        state = with_faults(state, status, (), NOW_NS + number)
+        assert [(fault.code, fault.since_ns) for fault in state.faults] == [("bywire_fault", NOW_NS)]
+    fresh, last_ns = msgspec.structs.replace(HEALTHY, stamps_ns=()), NOW_NS + 18
+    assert with_faults(state, fresh, (), last_ns + FAULT_SHOWN_NS).faults[0].code == "bywire_fault"
+    assert with_faults(state, fresh, (), last_ns + FAULT_SHOWN_NS + 1).faults == ()
 
 
 @pytest.mark.parametrize(

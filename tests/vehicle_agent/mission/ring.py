@@ -29,6 +29,7 @@ from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import (
+    NO_TRACKS,
     CabinEvent,
     DoorState,
     Ego,
@@ -139,7 +140,7 @@ def rest(after: tuple[str, float], name: str = "rest") -> Visit:
 
 
 class RingShuttle:
-    """events and answers are everything it has said; points (n, 2) and taken_stops are what it sees."""
+    """events and answers are everything it has said; points, tracks and occupied_stops: what it sees."""
 
     def __init__(self, memory: MissionMemory | None = None, start: tuple[str, float] = START) -> None:
         self.pose = Pose2(*NETWORK.pose(*start))
@@ -148,6 +149,8 @@ class RingShuttle:
         self.events: list[VehicleEvent] = []
         self.answers: list[OrderAccepted | OrderRejected] = []
         self.points = np.empty((0, 2))
+        self.tracks = NO_TRACKS
+        self.stops_short_m = 0.0
         self.occupied_stops: tuple[str, ...] = ()
         self.valid, self.door_sensor, self.doors_open = True, True, False
         self.grants_follow = True
@@ -162,7 +165,14 @@ class RingShuttle:
         ego = Ego(self.now_ns, self.pose, self.speed_mps, 0, 0, 0, 0.02, self.now_ns, self.valid)
         motion = VehicleMotion(self.now_ns, self.speed_mps, 0, 0, 0, True, False, True, 1.0)
         world = World(
-            self.now_ns, self.now_ns, self.points, (), (), False, occupied_stops=self.occupied_stops
+            self.now_ns,
+            self.now_ns,
+            self.points,
+            (),
+            (),
+            False,
+            self.tracks,
+            occupied_stops=self.occupied_stops,
         )
         link = LinkState(self.now_ns, True, 1, OFFSET_NS)
         task, self.state = ROOM.step(self.state, words, pressed, link, ego, motion, world, self.now_ns)
@@ -174,7 +184,7 @@ class RingShuttle:
         return task
 
     def _drive(self, task: Task) -> None:
-        left_m = task.stop_s_m - task.s_m
+        left_m = task.stop_s_m - task.s_m - self.stops_short_m
         moving = (
             task.mode in ("drive", "hold")
             and left_m > 0.02

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from contract.geometry import Pose2
-from contract.wire.messages import DoorsChanged, SeatButtonPressed
-from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
-from vehicle_agent.signals import SeatButton
+from contract.wire.messages import Blocked, Command, DoorsChanged, SeatButtonPressed
+from tests.vehicle_agent.mission.ring import NETWORK, ROOM, RingShuttle, a_visit, all_sections, an_order, rest
+from vehicle_agent.signals import NO_TRACKS, PEDESTRIAN, VEHICLE, SeatButton, Tracks
 
 STOP = ("north", 40.0)
 VISITS = (msgspec.structs.replace(a_visit("a", *STOP), name_en="Stop A"), rest(STOP))
@@ -91,49 +91,112 @@ def test_a_second_press_requests_the_same_stop() -> None:
     assert pressed(shuttle) == pressed(shuttle)
 
 
-def test_the_shuttle_waits_for_people_alongside_but_not_for_ever() -> None:
+BODY, HALF_WIDTH_M = ROOM.rules.body, ROOM.rules.half_width_m
+
+
+def doors_open() -> RingShuttle:
+    """The shuttle stands at a requested stop on a straight lane to the east, its doors open."""
     shuttle = driving(6)
     pressed(shuttle)
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
-    pose = shuttle.pose
-    shuttle.points = np.array([[pose.x_m + 1.0, pose.y_m + 1.5]])
-    shuttle.run(25)
-    assert shuttle.speed_mps == 0.0
-    assert shuttle.task is not None
-    assert shuttle.task.reason == "people_near"
-    shuttle.points = np.empty((0, 2))
-    shuttle.run(4)
-    assert shuttle.speed_mps > 0.0
+    return shuttle
 
 
-def leaving_with_somebody_alongside() -> tuple[RingShuttle, np.ndarray]:
-    """The doors have just closed; a person stands within 1.5 m of the body."""
-    shuttle = driving(6)
-    pressed(shuttle)
-    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
-    alongside = np.array([[shuttle.pose.x_m + 1.0, shuttle.pose.y_m + 1.5]])
-    shuttle.points = alongside
+def person(
+    shuttle: RingShuttle, x_m: float, y_m: float, kind: int = PEDESTRIAN, speed_mps: float = 0.0
+) -> Tracks:
+    """One tracked road user of 0.5 m in the shuttle's frame."""
+    pose = [[shuttle.pose.x_m + x_m, shuttle.pose.y_m + y_m, 0.0]]
+    size = np.full((1, 2), 0.5)
+    return Tracks(
+        shuttle.now_ns, np.array([7]), np.array([kind]), np.array(pose), np.array([[speed_mps, 0.0]]), size
+    )
+
+
+def leaving_with_somebody_alongside() -> tuple[RingShuttle, Tracks]:
+    """The doors have just closed; a person stands 1 m beside the body."""
+    shuttle = doors_open()
+    shuttle.tracks = alongside = person(shuttle, 1.0, HALF_WIDTH_M + 1.0)
     shuttle.run_until(lambda: shuttle.state.doors.phase == "closed")
     return shuttle, alongside
 
 
-def test_people_who_stay_alongside_are_passed_after_half_a_minute() -> None:
-    shuttle, _ = leaving_with_somebody_alongside()
-    shuttle.run(29.5)
+@pytest.mark.parametrize(
+    ("x_m", "y_m"),
+    [
+        (BODY.front_m + 0.45 + 0.25, 0.0),
+        (BODY.front_m + 1.0, HALF_WIDTH_M + 0.5),
+        (1.0, -HALF_WIDTH_M - 1.1),
+    ],
+)
+def test_the_shuttle_waits_for_a_tracked_person_until_the_person_has_left(x_m: float, y_m: float) -> None:
+    shuttle = doors_open()
+    shuttle.tracks = person(shuttle, x_m, y_m)
+    shuttle.run(60)
     assert shuttle.speed_mps == 0.0
-    shuttle.run(1.5)
+    assert shuttle.task is not None
+    assert shuttle.task.reason == "people_near"
+    shuttle.tracks = NO_TRACKS
+    shuttle.run(4)
     assert shuttle.speed_mps > 0.0
+
+
+@pytest.mark.parametrize(("speed_mps", "waits"), [(0.0, False), (2.0, True)])
+def test_a_vehicle_alongside_is_waited_for_while_it_moves(speed_mps: float, waits: bool) -> None:
+    shuttle = doors_open()
+    for _ in range(150):
+        shuttle.tracks = person(shuttle, 1.0, HALF_WIDTH_M + 1.0, VEHICLE, speed_mps)
+        shuttle.run(0.1)
+    assert (shuttle.speed_mps == 0.0) is waits
+
+
+@pytest.mark.parametrize(("aside_m", "waits"), [(1.1, False), (0.55, False), (0.4, True)])
+def test_a_wall_aside_is_waited_for_only_if_it_is_beside_the_body(aside_m: float, waits: bool) -> None:
+    shuttle = doors_open()
+    along = np.arange(-5.0, 8.0, 0.2)
+    shuttle.points = np.column_stack(
+        (shuttle.pose.x_m + along, np.full(len(along), shuttle.pose.y_m + HALF_WIDTH_M + aside_m))
+    )
+    shuttle.run(13)
+    assert (shuttle.speed_mps == 0.0) is waits
+
+
+def test_something_that_stands_before_the_bumper_is_waited_for() -> None:
+    shuttle = doors_open()
+    shuttle.points = np.array([[shuttle.pose.x_m + BODY.front_m + 1.0, shuttle.pose.y_m]])
+    shuttle.run(60)
+    assert shuttle.speed_mps == 0.0
+
+
+def test_a_track_whose_place_is_not_a_number_is_waited_for() -> None:
+    shuttle = doors_open()
+    shuttle.tracks = person(shuttle, np.nan, 0.0)
+    shuttle.run(20)
+    assert shuttle.speed_mps == 0.0
+
+
+def test_the_operator_hears_once_of_people_who_stay_and_ends_the_wait_by_a_resume() -> None:
+    shuttle, _ = leaving_with_somebody_alongside()
+    shuttle.run(29)
+    assert shuttle.of(Blocked) == []
+    shuttle.run(31)
+    assert [event.cleared for event in shuttle.of(Blocked)] == [False]  # type: ignore[attr-defined]
+    assert shuttle.speed_mps == 0.0
+    shuttle.step(Command(1, "go on", "resume"))
+    shuttle.run(2)
+    assert shuttle.speed_mps > 0.0
+    assert [event.cleared for event in shuttle.of(Blocked)] == [False, True]  # type: ignore[attr-defined]
 
 
 def test_one_look_without_the_people_alongside_is_no_reason_to_go() -> None:
     shuttle, alongside = leaving_with_somebody_alongside()
     for _ in range(8):
-        shuttle.points = np.empty((0, 2))
+        shuttle.tracks = NO_TRACKS
         shuttle.run(0.9)
-        shuttle.points = alongside
+        shuttle.tracks = alongside
         shuttle.run(0.1)
         assert shuttle.speed_mps == 0.0
-    shuttle.points = np.empty((0, 2))
+    shuttle.tracks = NO_TRACKS
     shuttle.run(1.3)
     assert shuttle.speed_mps > 0.0
 
@@ -142,26 +205,23 @@ def test_one_look_without_the_people_alongside_is_no_reason_to_go() -> None:
 @pytest.mark.parametrize(
     ("ahead_m", "aside_m", "waits"),
     [
-        (1.0, 0.815 + 1.4, True),
-        (1.0, -0.815 - 1.4, True),
-        (1.0, 0.815 + 1.6, False),
-        (3.5 + 1.4, 0.5, True),
-        (3.5 + 1.6, 0.5, False),
-        (-0.85 - 1.4, 0.0, True),
-        (-0.85 - 1.6, 0.0, False),
-        (3.5 + 1.2, 0.815 + 1.2, False),
+        (1.0, 0.815 + 0.25 + 1.4, True),
+        (1.0, -0.815 - 0.25 - 1.4, True),
+        (1.0, 0.815 + 0.25 + 1.6, False),
+        (3.5 + 0.25 + 1.4, 0.5, True),
+        (3.5 + 0.25 + 1.6, 0.5, False),
+        (-0.85 - 0.2, 0.0, True),
+        (-0.85 - 0.3, 0.0, False),
+        (3.5 + 1.4, 0.815 + 1.4, False),
         (1.0, 12.0, False),
     ],
 )
-def test_people_are_waited_for_within_a_metre_and_a_half_of_the_body_all_around(
+def test_people_are_waited_for_within_a_metre_and_a_half_of_the_body_except_behind_it(
     ahead_m: float, aside_m: float, waits: bool
 ) -> None:
-    shuttle = driving(6)
-    pressed(shuttle)
-    shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
-    pose = shuttle.pose
-    assert pose.yaw_rad == 0.0
-    shuttle.points = np.array([[pose.x_m + ahead_m, pose.y_m + aside_m]])
+    shuttle = doors_open()
+    assert shuttle.pose.yaw_rad == 0.0
+    shuttle.tracks = person(shuttle, ahead_m, aside_m)
     shuttle.run(15)
     assert (shuttle.speed_mps == 0.0) is waits
 

@@ -8,7 +8,12 @@ from vehicle_agent.can.pacmod.commands import COUNTER_STEPS, CommandEncoder
 from vehicle_agent.can.pacmod.reports import Reports, take_reports
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_rate_radps
 from vehicle_agent.config import Body, Limits, Profile, SteeringColumn
-from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
+from vehicle_agent.signals import Actuation, CanFrame, Headlights, ReportedGear, TurnSignal, VehicleMotion
+
+# In the order of the module's codes.
+GEARS: tuple[ReportedGear, ...] = ("park", "reverse", "neutral", "drive", "low")
+TURN_SIGNALS: tuple[TurnSignal, ...] = ("right", "none", "left", "hazard")
+HEADLIGHTS: tuple[Headlights, ...] = ("off", "low", "high")
 
 
 class CanState(CodecState, frozen=True):
@@ -45,6 +50,12 @@ class Pacmod(msgspec.Struct, frozen=True):
             ready=bool(reports.ready) and not reports.disable_all,
             battery_ratio=reports.charge_ratio,
             faults=state.faults,
+            yaw_rate_radps=reports.yaw_rate_radps if reports.yaw_valid else None,
+            wheels_radps=_wheels(reports),
+            gear=GEARS[int(reports.gear)] if reports.shift_ns else None,
+            turn_signal=TURN_SIGNALS[int(reports.turn_signal)] if reports.turn_ns else None,
+            horn=bool(reports.horn) if reports.horn_ns else None,
+            headlights=HEADLIGHTS[int(reports.headlights)] if reports.headlight_ns else None,
         )
         return motion, state
 
@@ -55,10 +66,17 @@ class Pacmod(msgspec.Struct, frozen=True):
 
         FrameError for a command that is not finite: frames end and the gate brakes.
         """
-        has_vehicle = _module_status(state.reports).has_vehicle(now_ns)
-        handshake = advance(state.handshake, actuation.enable, has_vehicle, state.overridden, now_ns)
+        status = _module_status(state.reports)
+        # Driving begins with all subsystems. It ends as soon as the brake is gone; without the steering, the
+        # accelerator or the gear by-wire still brakes. It does not begin with a fault, nor before the module
+        # has reported that it has none.
+        has_vehicle = status.has_vehicle(now_ns)
+        enabled = has_vehicle and (state.handshake.is_on or state.reports.subsystems.drives)
+        may_begin = state.handshake.phase != "off" or (state.reports.global_ns > 0 and not status.refuses)
+        requested = actuation.enable and may_begin
+        handshake = advance(state.handshake, requested, enabled, state.overridden, now_ns)
         # A latched module fault is cleared only while by-wire is off; the guard has a latch of its own.
-        clear_faults = bool(state.reports.fault_active) and not handshake.enables
+        clear_faults = status.has_fault and not handshake.enables
         encoder = CommandEncoder(self.steering, wheel_rate_radps(self.steering, self.body, self.limits))
         frames = encoder.frames(actuation, handshake, state.counter, clear_faults, now_ns)
         counter = (state.counter + 1) % COUNTER_STEPS
@@ -72,12 +90,22 @@ def pacmod(profile: Profile) -> Pacmod:
 
 def _module_status(reports: Reports) -> ModuleStatus:
     return ModuleStatus(
-        enabled=bool(reports.enabled),
+        enabled=bool(reports.enabled) and reports.subsystems.brakes,
         enabled_ns=reports.global_ns,
-        overridden=bool(reports.override_active),
+        overridden=bool(reports.override_active) or reports.subsystems.overridden,
         stop_pressed=bool(reports.stop_pressed),
-        faulted=bool(reports.fault_active or reports.config_fault or reports.disable_all),
-        timed_out=bool(reports.computer_timeout or reports.subsystem_timeout),
+        faulted=reports.faulted,
+        timed_out=reports.timed_out,
         stamps_ns=reports.stamps_ns(),
         malformed_ns=reports.malformed_ns,
+        stop_button_faulted=bool(reports.stop_button_fault),
+        in_part=bool(reports.enabled) and reports.subsystems.lacks_control(reports.global_ns),
+        subsystem_faults=tuple(reports.subsystems.faults()),
     )
+
+
+def _wheels(reports: Reports) -> tuple[float, float, float, float] | None:
+    if not reports.wheel_ns:
+        return None
+    front = (reports.front_left_radps, reports.front_right_radps)
+    return (*front, reports.rear_left_radps, reports.rear_right_radps)

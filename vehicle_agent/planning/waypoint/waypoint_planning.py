@@ -5,6 +5,7 @@ import math
 import msgspec
 import numpy as np
 
+from contract.roads.routing import ReferenceLine
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.following import (
     NOTHING,
@@ -19,9 +20,13 @@ from vehicle_agent.planning.waypoint.following import (
 )
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, sweep_arc, sweep_line
+from vehicle_agent.planning.waypoint.recorded import RecordedWay, waypoints_on_line
 from vehicle_agent.planning.waypoint.selector import SpeedCommand, lowest
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules, Waypoints, waypoints_from_line
 from vehicle_agent.signals import Ego, Path, PlanAnswer, PlanJob, Task, World
+
+# Under way, the waypoints' own speeds stop a vehicle where its recording ends.
+_STANDING_MPS = 0.1
 
 
 class PathCheck(msgspec.Struct, frozen=True):
@@ -37,14 +42,17 @@ class PathCheck(msgspec.Struct, frozen=True):
 
 
 class WaypointPlanningState(WaypointState, frozen=True):
-    """What planning remembers."""
+    """What planning remembers. covered_m: how far along the line the waypoints can be driven."""
 
     check: PathCheck = PathCheck()
+    covered_m: float = math.inf
 
 
 class WaypointPlanning(msgspec.Struct, frozen=True):
     """Parameters of every speed command.
 
+    recorded        a recorded way to drive instead of the map's lines; an order that it does not cover is not
+                    driven ("no_plan")
     look_every      ticks between looks along the path when no new scan comes
     delay_s         how far ahead in time speeds are read from the waypoints
     """
@@ -54,6 +62,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     gap: GapRule
     approach: Approach = Approach()
     patience: ResumeRule = ResumeRule()
+    recorded: RecordedWay | None = None
     look_every: int = 5
     delay_s: float = 0.25
     ahead_m: float = 30.0
@@ -80,14 +89,22 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         if task.line is None:
             return no_path(ego), msgspec.structs.replace(state, line_id=0, waypoints=NOTHING)
         if task.line_id != state.line_id:
+            waypoints, covered_m = self._waypoints(task.line, task.s_m)
             state = msgspec.structs.replace(
                 state,
                 line_id=task.line_id,
-                waypoints=waypoints_from_line(task.line, self.waypoints),
+                waypoints=waypoints,
                 check=PathCheck(),
+                covered_m=covered_m,
             )
         state = self._look(state, ego, world, task)
         return self._path(state, ego, world, task), state
+
+    def _waypoints(self, line: ReferenceLine, s_m: float) -> tuple[Waypoints, float]:
+        """(the waypoints along a line from s_m on, how far they can be driven)."""
+        if self.recorded is None:
+            return waypoints_from_line(line, self.waypoints), math.inf
+        return waypoints_on_line(self.recorded, line, s_m, self.waypoints)
 
     def _look(
         self, state: WaypointPlanningState, ego: Ego, world: World, task: Task
@@ -134,6 +151,8 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             self.approach.command(task.stop_s_m - task.s_m, ego.speed_mps, stop_reason(task)),
             *standing_commands(task, decel_mps2),
         ]
+        if task.stop_s_m > state.covered_m and ego.speed_mps < _STANDING_MPS:
+            commands.append(SpeedCommand("no_plan", 0.0, -decel_mps2))
         obstacle = self.obstacle.command(free_m)
         if obstacle is not None:
             commands.append(obstacle)

@@ -98,6 +98,7 @@ class TickProcess:
         self._utc_offset_ns = clock.utc_offset_ns()
         self._shown: HmiOutput | None = None
         self._shown_ns = 0
+        self._dropped = 0
         self._stopping = False
 
     def run(self) -> None:
@@ -128,6 +129,10 @@ class TickProcess:
         now_ns = self._clock.now_ns()
         for source, body in self._sensors.poll():
             self._inbox.put(now_ns, source, body)
+        dropped = self._inbox.dropped.total()
+        if dropped > self._dropped:
+            self._dropped = dropped
+            log.warning("inbox.dropped", by_source=dict(self._inbox.dropped))
 
     def _send_outputs(self, outputs: Outputs, now_ns: int) -> None:
         """Sends the outputs; frames first."""

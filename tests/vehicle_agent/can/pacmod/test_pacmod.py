@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vehicle_agent.can.dbc import FrameError, layouts
+from vehicle_agent.can.module_state import FAULT_SHOWN_NS
 from vehicle_agent.can.pacmod.codec import CanState, Pacmod
 from vehicle_agent.signals import Actuation, CanFrame, Gear, VehicleMotion
 
@@ -22,12 +23,14 @@ def report(name: str, stamp_ns: int, **values: float) -> CanFrame:
 
 
 def healthy(stamp_ns: int, **flags: float) -> tuple[CanFrame, ...]:
+    enabled = {"enabled": flags.get("enabled", 0)}
     return (
         report("global_report", stamp_ns, **flags),
         report("system_report", stamp_ns, ready=1),
-        report("accelerator_report", stamp_ns, output=0.25),
-        report("brake_report", stamp_ns, output=0.5),
-        report("steering_report", stamp_ns, output=2.0),
+        report("accelerator_report", stamp_ns, output=0.25, **enabled),
+        report("brake_report", stamp_ns, output=0.5, **enabled),
+        report("shift_report", stamp_ns, output=3, **enabled),
+        report("steering_report", stamp_ns, output=2.0, **enabled),
         report("speed_report", stamp_ns, speed=1.5),
         report("stop_button_report", stamp_ns),
         report("energy_report", stamp_ns, charge=0.8),
@@ -294,11 +297,14 @@ def test_a_leap_is_believed_at_the_second_report_though_the_clock_went_back() ->
         ("global_report", "subsystem_timeout", "bywire_timeout"),
     ],
 )
-def test_each_of_the_modules_own_flags_is_a_fault_while_it_lasts(name: str, flag: str, code: str) -> None:
+def test_each_of_the_modules_own_flags_is_a_fault_until_a_second_after_it(
+    name: str, flag: str, code: str
+) -> None:
     loop = Loop()
     loop.tick(OFF)
     loop.tick(OFF, (*healthy(loop.now_ns + TICK_NS), report(name, loop.now_ns + TICK_NS, **{flag: 1})))
     assert [fault.code for fault in loop.motion.faults] == [code]
+    loop.now_ns += FAULT_SHOWN_NS
     loop.tick(OFF)
     assert loop.motion.faults == ()
 
