@@ -71,12 +71,14 @@ class EventIntake:
         cycles.succeeded()
         while True:
             await self._arrived.wait()
-            self._arrived.clear()
             begun_s = loop.time()
-            while self._waiting:
-                batch, self._waiting = self._waiting[:BATCH_MAX], self._waiting[BATCH_MAX:]
-                await self._store(batch, cycles)
-            await asyncio.sleep(max(0.0, begun_s + self.batch_every_s - loop.time()))
+            batch, self._waiting = self._waiting[:BATCH_MAX], self._waiting[BATCH_MAX:]
+            is_more = bool(self._waiting)
+            if not is_more:
+                self._arrived.clear()
+            await self._store(batch, cycles)
+            if not is_more:
+                await asyncio.sleep(max(0.0, begun_s + self.batch_every_s - loop.time()))
 
     async def _store(self, batch: Sequence[_Waiting], cycles: Cycles) -> None:
         applying = asyncio.ensure_future(self._apply(batch))
