@@ -126,7 +126,7 @@ def summary(rows: list[Row]) -> dict[str, float | int | None]:
 
 
 def people_summary(rows: list[Row], reproductions: Sequence[Reproduction]) -> dict[str, float | int | None]:
-    """Who was taken out of the scenes; of aware people also the mean displacements (`Reproduction`)."""
+    """How many people were taken out; of aware people also the mean displacements (`Reproduction`)."""
     out: dict[str, float | int | None] = {
         "people.removed": int(sum(_number(row["people_removed"]) for row in rows)),
         "people.delayed": int(sum(_number(row["people_delayed"]) for row in rows)),

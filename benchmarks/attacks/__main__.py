@@ -56,7 +56,10 @@ async def _run(only: list[str], fuzz_requests: int, seed: int) -> tuple[list[Row
             for kind in (operators, tokens):
                 await kind.prepare(generous)
             rows = [await _tried(one, default if one.budgets else generous) for one in chosen]
-            fuzzed, spoken = {"requests": 0, "server_errors": 0}, {"messages": 0, "server_errors": 0}
+            fuzzed, spoken = (
+                {"requests": 0, "server_errors": 0},
+                {"messages": 0, "server_errors": 0, "ended_without_close": 0},
+            )
             if fuzz_requests:
                 from benchmarks.attacks.fuzz import fuzz
                 from benchmarks.attacks.socket_fuzz import fuzz_sockets
@@ -73,6 +76,7 @@ async def _run(only: list[str], fuzz_requests: int, seed: int) -> tuple[list[Row
         "controls_that_were_taken_away": sum(row["succeeds_without_control"] is not None for row in rows),
         "fuzz_requests": fuzzed["requests"],
         "fuzz_socket_messages": spoken["messages"],
+        "fuzz_ended_without_close": spoken["ended_without_close"],
         "server_errors": fuzzed["server_errors"] + spoken["server_errors"],
     }
 

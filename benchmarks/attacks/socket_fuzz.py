@@ -2,7 +2,8 @@
 
 What the server refuses is right. An error is a close with 4500 or 1011, an answer that says "internal", an
 error in the server's log, and a standing task that does not work afterwards. A client that still sends while
-it is refused may lose the close frame to a TCP reset (1006), so that counts by what the log says.
+it is refused may lose the close frame to a TCP reset (1006). Such ends are counted apart: they are errors if
+the log has one, and are to be explained if they are many.
 """
 
 import asyncio
@@ -31,6 +32,7 @@ _CLOSED_WITHIN_S = 30.0
 _SETTLED_WITHIN_S = 30.0
 _SERVER_ERRORS = (close_reason("server_fault").number, 1011)
 _INTERNAL_ERROR = -32603
+_WITHOUT_CLOSE = 1006
 
 
 @dataclass
@@ -56,10 +58,11 @@ class _Fuzz:
     headers: dict[str, list[dict[str, str]]]
     sent: int = 0
     told: int = 0
+    ended_without_close: int = 0
 
 
 async def fuzz_sockets(target: Target, count: int, seed_number: int) -> dict[str, int]:
-    """How many messages were sent, and how many errors the server made."""
+    """How many messages were sent, what the server did wrong, and how many ends had no close frame."""
     rng = random.Random(f"sockets {seed_number}")
     errors = Errors()
     operator, viewer = await target.session(*ROLES), await target.session("viewer")
@@ -82,7 +85,11 @@ async def fuzz_sockets(target: Target, count: int, seed_number: int) -> dict[str
     with _logged(errors):
         await asyncio.gather(*(_sessions(fuzz, vehicle_id, count) for vehicle_id in fuzz.vehicles))
         await _until_settled(target, errors)
-    return {"messages": fuzz.sent, "server_errors": len(errors.found) + len(errors.logged)}
+    return {
+        "messages": fuzz.sent,
+        "server_errors": len(errors.found) + len(errors.logged),
+        "ended_without_close": fuzz.ended_without_close,
+    }
 
 
 async def _sessions(fuzz: _Fuzz, vehicle_id: str, count: int) -> None:
@@ -106,6 +113,7 @@ async def _opened(fuzz: _Fuzz, address: str, headers: dict[str, str]) -> AsyncIt
     url = fuzz.target.websocket(address)
     async with connect(url, additional_headers=headers, proxy=None, max_size=None) as socket:
         yield socket
+    fuzz.ended_without_close += socket.close_code == _WITHOUT_CLOSE
     if socket.close_code in _SERVER_ERRORS:
         fuzz.errors.note(f"{address}: closed with {socket.close_code} {socket.close_reason}")
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 
 from benchmarks.bookings.nats import Nats
 from benchmarks.bookings.postgresql import PostgreSql
+from benchmarks.faults.agent_process import AgentProcess
 from benchmarks.faults.installation import MAP, Installation
 from benchmarks.faults.riders import Riders
 from benchmarks.faults.stored_events import acknowledged_by, not_stored
 from benchmarks.faults.wire_vehicle import WireVehicle
-from benchmarks.kills.agent_process import AgentProcess
 from campusloop.simulation.history.records import Violation
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork

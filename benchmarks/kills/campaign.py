@@ -11,10 +11,10 @@ from pathlib import Path
 
 from benchmarks.bookings.nats import Nats, a_nats
 from benchmarks.bookings.postgresql import PostgreSql, a_postgresql
+from benchmarks.faults.agent_process import AgentProcess, an_agent
 from benchmarks.faults.installation import MAP, Installation, an_installation
 from benchmarks.faults.riders import Riders
 from benchmarks.faults.wire_vehicle import WireVehicle
-from benchmarks.kills.agent_process import AgentProcess, an_agent
 from benchmarks.kills.points import Points
 from benchmarks.kills.verdict import verdict
 from campusloop.simulation.history.records import Violation

@@ -12,9 +12,9 @@ from collections.abc import Awaitable, Callable
 
 import httpx
 
+from benchmarks.faults.agent_process import AgentProcess
 from benchmarks.faults.riders import Riders
 from benchmarks.faults.wire_vehicle import WireVehicle
-from benchmarks.kills.agent_process import AgentProcess
 from contract.wire.messages import DoorsChanged
 
 _REACHED_WITHIN_S = 10.0

@@ -5,10 +5,10 @@ import time
 
 from sqlalchemy import select
 
+from benchmarks.faults.agent_process import AgentProcess
 from benchmarks.faults.riders import Riders
 from benchmarks.faults.stored_events import acknowledged_by, not_stored
 from benchmarks.faults.wire_vehicle import WireVehicle
-from benchmarks.kills.agent_process import AgentProcess
 from campusloop.simulation.history import rides
 from campusloop.simulation.history.records import Violation
 from server.store import tables

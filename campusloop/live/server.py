@@ -155,7 +155,8 @@ async def _serve(settings: Settings, listening: socket.socket, clock: Clock, spa
 def answer_promptly() -> None:
     """Set up the process for short response times; call it when all objects are created.
 
-    Loads the dispatcher's kernels, so that the first booking does not wait for them.
+    Loads the dispatcher's kernels, so that the first booking does not wait for them, and returns the memory
+    that only the start needed.
 
     Shortens the switch interval: the store's writer thread releases the interpreter at every statement and
     would get it back only after Python's 5 ms. Freezes the present objects, which live until the end: with

@@ -44,9 +44,10 @@ class OpenSession:
 
 
 class StoreEvent(NamedTuple):
-    """Answer with `events_stored`."""
+    """Answer with `events_stored`. received_ns: the server's clock when the frame came"""
 
     report: EventReport
+    received_ns: int
 
 
 @dataclass(frozen=True, slots=True)

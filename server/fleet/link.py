@@ -19,7 +19,6 @@ from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
 from contract.wire.messages import (
     EventLogState,
-    EventReport,
     FleetVehicle,
     Goodbye,
     Hello,
@@ -121,13 +120,7 @@ class Link:
         if self._is_working:
             self._waiting.append(data)
         else:
-            now_ns = self._now_ns()
-            actions = self.session.received(data, now_ns)
-            if len(actions) == 1 and isinstance(actions[0], StoreEvent):
-                # Nearly every frame; the general way costs as much again as all the rest of it.
-                self._store(actions[0].report, now_ns)
-            else:
-                self._perform(actions)
+            self._perform(self.session.received(data, self._now_ns()))
 
     def closed(self, reason: str) -> None:
         """The transport is gone."""
@@ -194,7 +187,8 @@ class Link:
     def _perform_at_once(self, action: Action) -> bool:
         """False for an action that has to wait for the database."""
         if isinstance(action, StoreEvent):
-            self._store(action.report, self._now_ns())
+            self._unsettled += 1
+            self._ports.store(self, action.report, action.received_ns)
         elif isinstance(action, NoteStatus):
             self._note(action.status)
         elif isinstance(action, Send):
@@ -252,10 +246,6 @@ class Link:
                 await self._perform_slowly(action)
 
     # ---------------------------------------------------------------- what the actions do
-
-    def _store(self, report: EventReport, received_ns: int) -> None:
-        self._unsettled += 1
-        self._ports.store(self, report, received_ns)
 
     def _note(self, status: Status) -> None:
         now = self._ports.clock.now()

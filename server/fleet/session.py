@@ -163,7 +163,7 @@ class VehicleSession:
         if isinstance(message, Status):
             return (NoteStatus(message),)
         if isinstance(message, EventReport):
-            return (StoreEvent(message),)
+            return (StoreEvent(message, server_ns),)
         return (NoteAnswer(message),)
 
     def _not_understood(self, data: bytes | str, error: WireError) -> Actions:

@@ -96,7 +96,7 @@ async def the_log_names_a_rider(target: Target) -> bool:
     return "Li" in str(newest)
 
 
-@attack("names that nobody has are not entered")
+@attack("names without an account are not entered")
 async def a_password_typed_as_a_name_is_kept(target: Target) -> bool:
     await target.ask("POST", "/session", json={"name": "hunter2-hunter2", "password": "x"})
     newest = await target.transactions.read(lambda uow: uow.audit.newest(5))

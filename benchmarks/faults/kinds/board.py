@@ -3,8 +3,8 @@
 import asyncio
 import resource
 
+from benchmarks.faults.agent_process import an_agent
 from benchmarks.faults.stage import Stage
-from benchmarks.kills.agent_process import an_agent
 
 _FULL_S = 4.0
 

@@ -3,9 +3,9 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 
+from benchmarks.faults.agent_process import an_agent
 from benchmarks.faults.relay import a_relay
 from benchmarks.faults.stage import Stage, require
-from benchmarks.kills.agent_process import an_agent
 
 _REFUSES_S = 6.0
 _FROZEN_S = 5.0
@@ -14,7 +14,7 @@ _BACKLOG_WITHIN_S = 90.0
 
 
 async def connection_forgotten_by_nat(stage: Stage) -> None:
-    """The vehicle's connection leads nowhere and is open on both sides; it dials anew past the NAT."""
+    """The vehicle's connection leads nowhere and is open on both sides; it dials again past the NAT."""
     vehicle = stage.first
     async with a_relay(stage.installation.port) as relay:
         vehicle.port = relay.port

@@ -1,7 +1,7 @@
 """uvicorn's websockets, from which an endpoint can take the frames over (docs/decisions/0015).
 
-The handshake and all sockets that nobody takes over are uvicorn's. A connection that was taken over is a
-`FrameConnection`, and uvicorn's own object and the handshake are forgotten.
+The handshake and every socket that stays with its endpoint are uvicorn's. A connection that was taken over is
+a `FrameConnection`, and uvicorn's own object and the handshake are forgotten.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A websocket whose frames go straight to a link, in a tenth of the memory of an ASGI one.
+"""A websocket whose frames go straight to a link, without a task, a queue or the handshake kept for it.
 
 Nearly every frame that a vehicle sends is one short, unfragmented text frame. Such a frame is unmasked here
 and handed on in the same call. For all else (control frames, fragments, errors, the close) a parser of the
@@ -21,7 +21,7 @@ from contract.wire.close_reasons import close_reason
 # What may wait in our memory for a peer that does not read; the kernel's buffers hold some megabytes before
 # that.
 WAITING_BYTES_MAX = 1024 * 1024
-# A peer that does not answer our close is cut off.
+# A peer that does not answer our close, or does not read what is left for it, is cut off.
 CLOSE_WITHIN_S = 10.0
 
 _TEXT, _MASKED = 0x81, 0x80
@@ -106,12 +106,12 @@ class FrameConnection(asyncio.Protocol):
             self.close(row.number, row.code)
 
     def close(self, code: int, reason: str) -> None:
-        """What was sent before still goes out; a peer that does not answer is cut off."""
+        """What was sent before still goes out first."""
         if self._is_closing or self._transport.is_closing():
             return
         parser = self._parser_here()
         parser.send_close(code, reason)
-        self._end(parser, CLOSE_WITHIN_S)
+        self._end(parser, awaits_answer=True)
 
     def shutdown(self) -> None:
         """The server ends now (RFC 6455 7.4.1, 1012)."""
@@ -197,7 +197,7 @@ class FrameConnection(asyncio.Protocol):
                     self._received(message)
         if parser.close_rcvd is not None or parser.parser_exc is not None:
             # The peer's close, or a frame that breaks the protocol.
-            self._end(parser, None)
+            self._end(parser, awaits_answer=False)
             return
         self._write(parser)
         if parser.current_size is None and not self._is_closing:
@@ -208,16 +208,15 @@ class FrameConnection(asyncio.Protocol):
             if data != SEND_EOF and not self._transport.is_closing():
                 self._transport.write(data)
 
-    def _end(self, parser: Parser, within_s: float | None) -> None:
-        """Send what the parser has to say, and close; within_s: wait so long for the peer's answer."""
+    def _end(self, parser: Parser, *, awaits_answer: bool) -> None:
+        """Send what the parser has to say, and close: at once, or when the peer has answered."""
         self._is_closing = True
         self._write(parser)
         self._stop_timer()
         self.resume()
-        if within_s is None:
+        self._timer = asyncio.get_running_loop().call_later(CLOSE_WITHIN_S, self._transport.abort)
+        if not awaits_answer:
             self._transport.close()
-        else:
-            self._timer = asyncio.get_running_loop().call_later(within_s, self._transport.abort)
 
     # ---------------------------------------------------------------- a peer that is quiet
 
@@ -236,7 +235,7 @@ class FrameConnection(asyncio.Protocol):
         elif self._is_pinged and not self._is_paused:
             parser = self._parser_here()
             parser.fail(CloseCode.INTERNAL_ERROR, "keepalive ping timeout")
-            self._end(parser, None)
+            self._end(parser, awaits_answer=False)
             return
         elif not self._transport.is_closing():
             self._is_pinged = True

@@ -105,7 +105,7 @@ async def signed_in(services: Services, token: str | None) -> OperatorContext:
 
 
 async def looking_operator(services: Services, token: str | None) -> OperatorContext:
-    """Who watches the live scene. Raises SessionExpired, PasswordChangeNeeded, RoleMissing."""
+    """The caller that watches the live scene. Raises SessionExpired, PasswordChangeNeeded, RoleMissing."""
     operator = await signed_in(services, token)
     _require_role(operator, LOOK)
     return operator

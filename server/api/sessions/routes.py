@@ -124,7 +124,7 @@ async def _open(services: Services, check: PasswordCheck, password: str, address
 
         return await services.transactions.run(work)
     except WrongCredentials as error:
-        # A name that nobody has is not entered: people type their password there.
+        # A name without an account is not entered: people type their password there.
         known = check.operator
         stranger = Caller("unknown", "" if known is None else known.name, address)
         failed = AuditAction("sign_in", outcome=error.code)

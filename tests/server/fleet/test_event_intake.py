@@ -63,6 +63,8 @@ class Intake:
 
     async def run(self, work: Callable[[UnitOfWork], T]) -> T:
         self.transactions += 1
+        for _ in range(3):
+            await asyncio.sleep(0)
         return work(None)  # type: ignore[arg-type]
 
     def store(self, *events: tuple[NotedLink, int]) -> None:
@@ -91,6 +93,37 @@ def test_events_of_many_vehicles_share_a_transaction_and_each_link_one_answer(
     assert intake.transactions == 1
     assert (a.told, b.told) == ([({"boot-1": 3}, 3)], [({"boot-1": 1}, 1)])
     assert intake.noted == [("a", 0), ("b", 0), ("a", 1), ("a", 2)]
+
+
+def test_events_that_come_while_a_batch_is_stored_wait_for_the_next_one_together(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    link = NotedLink("a")
+    batches: list[int] = []
+
+    all_stored = asyncio.Event()
+
+    def apply(events: Sequence[SessionEvent]) -> tuple[object, ...]:
+        batches.append(len(events))
+        if sum(batches) == 10:
+            all_stored.set()
+        return stored(events)
+
+    intake = Intake(monkeypatch, apply)
+    intake.intake.batch_every_s = 0.05
+
+    async def steadily() -> None:
+        task = asyncio.create_task(intake.intake.run(intake.cycles))
+        for sequence in range(10):
+            report = EventReport(1, "boot-1", sequence, 5, DoorsChanged(True, "visit"))
+            intake.intake.take(link, report, 7)  # type: ignore[arg-type]
+            # Several come while a batch is stored, and all of them within a fraction of the pause.
+            await asyncio.sleep(0)
+        await all_stored.wait()
+        task.cancel()
+
+    asyncio.run(asyncio.wait_for(steadily(), 10.0))
+    assert len(batches) == 2
 
 
 def test_a_repeat_is_acknowledged_and_not_published(monkeypatch: pytest.MonkeyPatch) -> None:

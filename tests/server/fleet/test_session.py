@@ -182,7 +182,7 @@ def test_frames_of_an_old_epoch_are_refused(message: Message) -> None:
 def test_open_frames_become_their_actions() -> None:
     session = an_open_session()
     assert session.received(encode(a_status()), 0) == (NoteStatus(a_status()),)
-    assert session.received(encode(an_event()), 0) == (StoreEvent(an_event()),)
+    assert session.received(encode(an_event()), 7) == (StoreEvent(an_event(), 7),)
     accepted = OrderAccepted(7, "o", 1)
     assert session.received(encode(accepted), 0) == (NoteAnswer(accepted),)
     assert session.received(encode(ClockProbe(3)), 44) == (Send(ClockSample(3, 44)),)

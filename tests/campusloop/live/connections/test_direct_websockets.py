@@ -12,6 +12,7 @@ from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
+from campusloop.live.connections import frame_connection
 from campusloop.live.connections.direct_websockets import DirectWebsockets
 from campusloop.live.connections.frame_connection import WAITING_BYTES_MAX, FrameConnection, FrameLimits
 from server.api.sockets.frame_stream import FrameStream, frame_stream
@@ -27,6 +28,7 @@ class Wire(asyncio.Transport):
         self.written = bytearray()
         self.something_happened = asyncio.Event()
         self.is_paused = False
+        self.is_aborted = False
         self.waiting_bytes = 0
         self._is_closing = False
 
@@ -43,7 +45,8 @@ class Wire(asyncio.Transport):
         self.something_happened.set()
 
     def abort(self) -> None:
-        self._is_closing = True
+        self._is_closing = self.is_aborted = True
+        self.something_happened.set()
 
     def is_closing(self) -> bool:
         return self._is_closing
@@ -67,6 +70,7 @@ class TakenOver:
     def __init__(self) -> None:
         self.received: list[bytes] = []
         self.lost: list[str] = []
+        self.lost_early = False
         self.stream: FrameStream | None = None
         self.wire = Wire()
         app = FastAPI()
@@ -75,6 +79,8 @@ class TakenOver:
         async def endpoint(websocket: WebSocket) -> None:
             await websocket.accept()
             self.stream = frame_stream(websocket)
+            if self.lost_early:
+                self.server.connection_lost(None)
             assert self.stream is not None
             self.stream.take_over(self.received.append, self.lost.append)
 
@@ -90,7 +96,8 @@ class TakenOver:
         for _ in range(20):
             await asyncio.sleep(0)
         assert self.stream is not None
-        assert not self.wire.is_closing(), "the endpoint has returned, and the connection stays open"
+        if not self.lost_early:
+            assert not self.wire.is_closing(), "the endpoint has returned, and the connection stays open"
         self.answers()
 
     def says(self, *frames: Frame) -> bytes:
@@ -294,3 +301,29 @@ def test_a_quiet_peer_is_pinged_and_then_closed() -> None:
 def test_a_quiet_peer_that_answers_pings_stays_connected() -> None:
     pong = Frame(Opcode.PONG, b"").serialize(mask=True)
     assert quiet_connection(lambda frames: frames.data_received(pong)) == b"\x89\x00" * 3
+
+
+def test_a_peer_that_closes_and_does_not_read_the_rest_is_cut_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(frame_connection, "CLOSE_WITHIN_S", 0.001)
+
+    async def run() -> None:
+        wire = Wire()
+        frames = FrameConnection(wire, FrameLimits(SIZE_MAX, None), lambda _: None, lambda _: None)
+        frames.data_received(Frame(Opcode.CLOSE, struct.pack("!H", 1000)).serialize(mask=True))
+        while not wire.is_aborted:
+            wire.something_happened.clear()
+            await wire.something_happened.wait()
+
+    asyncio.run(asyncio.wait_for(run(), 10.0))
+
+
+def test_a_connection_that_is_lost_before_it_is_taken_over_is_told() -> None:
+    async def run() -> list[str]:
+        connection = TakenOver()
+        connection.lost_early = True
+        await connection.open()
+        return connection.lost
+
+    assert asyncio.run(run()) == ["connection lost"]

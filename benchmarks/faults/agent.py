@@ -1,6 +1,6 @@
 """A vehicle's link process that is killed: the agent's own outbox, session and websocket, without a drive.
 
-    python -m benchmarks.kills.agent FOLDER SERVER_URL VEHICLE BOOT MAP.json RESTING_PLACE
+    python -m benchmarks.faults.agent FOLDER SERVER_URL VEHICLE BOOT MAP.json RESTING_PLACE
 
 It stands at a resting place, reports its status and an event ten times a second, and accepts orders. Each
 event is noted in FOLDER/durable.jsonl, and on the output, after the outbox has it on disk and before it is

@@ -8,8 +8,8 @@ from contextlib import asynccontextmanager
 
 import msgspec
 
+from benchmarks.faults.agent import DurableEvent
 from benchmarks.faults.installation import MAP, Installation
-from benchmarks.kills.agent import DurableEvent
 from vehicle_agent.link.keys import load_or_create_key
 
 RESTART_AFTER_S = 0.3
@@ -39,7 +39,7 @@ class AgentProcess:
         while True:
             self.boots += 1
             place, url = str(self._resting_place), f"ws://127.0.0.1:{self._port}"
-            command = [sys.executable, "-m", "benchmarks.kills.agent", str(self.folder), url]
+            command = [sys.executable, "-m", "benchmarks.faults.agent", str(self.folder), url]
             with (self.folder / "agent.log").open("ab") as journal:
                 self._process = await asyncio.create_subprocess_exec(
                     *command,
