@@ -4,6 +4,9 @@ import re
 
 from playwright.sync_api import Page, expect
 
+# A time of today, or with its date: at night an arrival lies in the next day.
+MOMENT = r"(?:\w{3} \d{1,2} \w{3}, )?\d\d:\d\d"
+
 
 def choose_stop(page: Page, end: str, name: str) -> None:
     """end: "From" or "To"."""

@@ -17,9 +17,17 @@ pytestmark = pytest.mark.real
 
 
 @pytest.fixture(scope="module")
-def cluster() -> Iterator[str]:
+def scheduler() -> Iterator[str]:
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local:
         yield local.scheduler_address
+
+
+@pytest.fixture
+def cluster(scheduler: str) -> str:
+    """With both workers: one that a test before has killed may not be back yet."""
+    with distributed.Client(scheduler, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+    return scheduler
 
 
 def test_a_lost_worker_s_job_is_repeated_and_results_come_in_order(cluster: str, tmp_path: Path) -> None:
