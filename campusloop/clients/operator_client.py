@@ -1,7 +1,7 @@
 """A client with the console's requests, for demos and tests."""
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypedDict
 
 import httpx
@@ -9,6 +9,8 @@ import httpx
 from vehicle_agent.config import Body
 
 POLL_EVERY_S = 0.5
+# A stop in between, e.g. by a late first percept, holds the vehicle again.
+RESUME_AGAIN_POLLS = 10
 
 
 class OperatorError(Exception):
@@ -93,17 +95,17 @@ class OperatorClient:
         return ride
 
     async def release(self, vehicle_id: str) -> None:
-        """Wait until the vehicle is connected and placed, resume it, and wait until it is not held."""
-        await self._until(vehicle_id, lambda vehicle: vehicle["connected"] and vehicle["placed"])
-        if (await self.vehicle(vehicle_id))["held"]:
-            await self.command(vehicle_id, "resume")
-        await self._until(vehicle_id, lambda vehicle: not vehicle["held"])
-
-    async def _until(self, vehicle_id: str, holds: Callable[[ReportedVehicle], bool]) -> None:
-        vehicle = await self.vehicle(vehicle_id)
-        while not holds(vehicle):
-            await asyncio.sleep(POLL_EVERY_S)
+        """Wait until the vehicle is connected and placed, and resume it until it is not held."""
+        polls = 0
+        while True:
             vehicle = await self.vehicle(vehicle_id)
+            if vehicle["connected"] and vehicle["placed"]:
+                if not vehicle["held"]:
+                    return
+                if polls % RESUME_AGAIN_POLLS == 0:
+                    await self.command(vehicle_id, "resume")
+                polls += 1
+            await asyncio.sleep(POLL_EVERY_S)
 
     async def command(self, vehicle_id: str, verb: str) -> None:
         """verb: hold, resume, stop-now, recall or release."""

@@ -1,10 +1,12 @@
 """Mail between the processes of one vehicle computer: Unix datagram sockets in a folder, one a process.
 
-A datagram arrives whole or not at all, and in order. A sender never waits. A process that is gone loses its
+A datagram arrives whole or not at all, and in order. A sender never waits: mail that the receiver's queue has
+no room for waits at the sender, since many kernels queue ten datagrams only. A process that is gone loses its
 mail; after a restart it binds the same path again.
 """
 
 import socket
+from collections import deque
 from pathlib import Path
 
 import msgspec
@@ -17,6 +19,8 @@ from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
 
 DATAGRAM_BYTES_MAX = 200_000
 BUFFER_BYTES = 4 * 1024 * 1024
+# For each receiver: five seconds of a tick's mail.
+WAITING_MAX = 250
 
 
 class Delivery(msgspec.Struct, frozen=True):
@@ -67,7 +71,10 @@ _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook
 
 
 class Mailbox:
-    """One process's socket. lost: count of mail to a process that is gone or too slow."""
+    """One process's socket.
+
+    lost  count of mail to a process that is gone, or too slow for `WAITING_MAX` of its mail
+    """
 
     def __init__(self, path: Path) -> None:
         """Binds at `path`; replaces the mailbox of a killed process."""
@@ -75,6 +82,7 @@ class Mailbox:
         path.unlink(missing_ok=True)
         self.path = path
         self.lost = 0
+        self._waiting: dict[str, deque[bytes]] = {}
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
@@ -84,17 +92,22 @@ class Mailbox:
     def fileno(self) -> int:
         return self._socket.fileno()
 
+    @property
+    def has_waiting(self) -> bool:
+        """Mail waits for room at its receiver; the next `post` or `take` tries again."""
+        return bool(self._waiting)
+
     def post(self, to: Path, mail: Mail) -> bool:
-        """Sends mail without waiting; False if it is lost, which is counted."""
-        try:
-            self._socket.sendto(_encoder.encode(mail), str(to))
-        except (FileNotFoundError, ConnectionRefusedError, BlockingIOError):
-            self.lost += 1
-            return False
-        return True
+        """Sends mail, or keeps it until the receiver has room; False if mail is lost, which is counted."""
+        receiver = str(to)
+        waiting = self._waiting.setdefault(receiver, deque())
+        waiting.append(_encoder.encode(mail))
+        return self._send_waiting(receiver)
 
     def take(self) -> list[Mail]:
-        """All mail received, in order."""
+        """All mail received, in order. Sends what has waited for room."""
+        for receiver in tuple(self._waiting):
+            self._send_waiting(receiver)
         mail: list[Mail] = []
         while True:
             try:
@@ -102,6 +115,25 @@ class Mailbox:
             except BlockingIOError:
                 return mail
             mail.append(_decoder.decode(data))
+
+    def _send_waiting(self, receiver: str) -> bool:
+        """Sends one receiver's mail, oldest first; False if some is lost."""
+        waiting = self._waiting[receiver]
+        lost = 0
+        while waiting:
+            try:
+                self._socket.sendto(waiting[0], receiver)
+            except BlockingIOError:
+                if len(waiting) <= WAITING_MAX:
+                    break
+                lost += 1
+            except (FileNotFoundError, ConnectionRefusedError):
+                lost += 1
+            waiting.popleft()
+        if not waiting:
+            del self._waiting[receiver]
+        self.lost += lost
+        return lost == 0
 
     def close(self) -> None:
         self._socket.close()

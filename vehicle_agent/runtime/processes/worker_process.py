@@ -15,6 +15,8 @@ from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbo
 log = structlog.get_logger()
 
 WAIT_NS = 500_000_000
+# While percepts wait for room at their reader.
+RETRY_NS = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +81,10 @@ def serve_percepts(vehicles: tuple[ScannedVehicle, ...], clock: Clock) -> None:
     feeds = [_Feed(vehicle, clock) for vehicle in vehicles]
     files = [feed.port.fileno() for feed in feeds]
     while not stopping:
-        clock.wait(clock.now_ns() + WAIT_NS, files)
+        has_waiting = any(feed.mailbox.has_waiting for feed in feeds)
+        clock.wait(clock.now_ns() + (RETRY_NS if has_waiting else WAIT_NS), files)
         for feed in feeds:
+            feed.mailbox.take()
             feed.process_newest()
     for feed in feeds:
         feed.close()
