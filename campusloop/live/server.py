@@ -16,10 +16,15 @@ from typing import NoReturn
 import uvicorn
 import uvloop
 
-from campusloop.live.allocator import give_back_free_memory, use_one_arena
+from campusloop.live.allocator import (
+    give_back_free_memory,
+    keep_giving_back_memory,
+    use_one_arena,
+)
 from campusloop.live.certificate import local_addresses, self_signed
 from campusloop.live.connections.bounded_http import counted_protocols
 from campusloop.live.draining_server import draining_server
+from campusloop.live.library_pages import let_go_of_library_pages
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP
@@ -147,6 +152,7 @@ async def _serve(settings: Settings, listening: socket.socket, clock: Clock, spa
     server = draining_server(config)
     end.stops(server)
     answer_promptly()
+    keep_giving_back_memory()
     await server.serve(sockets=[listening])
     if end.text:
         raise SystemExit(CANNOT_WORK)
@@ -166,6 +172,7 @@ def answer_promptly() -> None:
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     gc.collect()
     give_back_free_memory()
+    let_go_of_library_pages()
     gc.freeze()
     gc.set_threshold(_NEW_OBJECTS, 20, 20)
 

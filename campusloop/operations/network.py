@@ -84,6 +84,8 @@ def readiness(origin: str, ready: dict[str, object]) -> Finding:
         for task in (tasks if isinstance(tasks, list) else [])
         if task["state"] != "good"
     ]
+    if ready.get("leaving"):
+        reasons.append("it is stopping")
     if ready.get("database") != "good":
         reasons.append(f"database {ready.get('database')}")
     if not ready.get("disk_has_room"):

@@ -2,10 +2,12 @@
 
 import bisect
 import math
+from array import array
 from bisect import bisect_right
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,8 @@ _CELL_M = 15.0
 _CHUNK = 12
 # A quarter turn away from the lane weighs as much as this distance beside it.
 _HEADING_WEIGHT_M = 4.0
+
+Numbers = Sequence[float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +42,17 @@ class RoadNetwork:
     lanes_before  the lanes that lead into each one, by number: see `_numbered`
     """
 
-    def __init__(self, road_map: RoadMap) -> None:
-        self.road_map = road_map
+    def __init__(self, road_map: RoadMap, keep_points: bool = True) -> None:
+        """keep_points: False lets go of the points of `road_map`'s lanes, which `lines` have as arrays.
+
+        As objects they take a hundred bytes each. Its lanes then have their first and last point only.
+        """
         self.map_version = road_map.map_version
+        self.lines: dict[str, LaneLine] = {lane.lane_id: _line(lane) for lane in road_map.lanes}
+        self.road_map = road_map if keep_points else _with_ends_only(road_map)
+        road_map = self.road_map
         self.lanes: dict[str, Lane] = {lane.lane_id: lane for lane in road_map.lanes}
         self.lane_numbers: dict[str, int] = {lane.lane_id: i for i, lane in enumerate(road_map.lanes)}
-        self.lines: dict[str, LaneLine] = {lane.lane_id: _line(lane) for lane in road_map.lanes}
         self.sections: dict[str, Section] = {section.section_id: section for section in road_map.sections}
         self.stops: dict[str, Stop] = {stop.stop_id: stop for stop in road_map.stops}
         self.resting_places: dict[str, RestingPlace] = {
@@ -58,8 +67,8 @@ class RoadNetwork:
         self.lanes_before = _numbered(self._predecessors, self.lane_numbers)
         self._clocks: dict[float, dict[str, Array]] = {}
         self._lane_times: dict[float, Array] = {}
-        # The clocks as lists too: reading a single number is several times faster than from an array.
-        self._readings: dict[tuple[str, float], tuple[list[float], list[float]]] = {}
+        # The clocks as plain numbers too: reading a single one is several times faster than from an array.
+        self._readings: dict[tuple[str, float], tuple[Numbers, Numbers]] = {}
         self._grid = _grid(self)
 
     def successors(self, lane_id: str) -> tuple[str, ...]:
@@ -127,7 +136,10 @@ class RoadNetwork:
         known = self._readings.get((lane_id, speed_cap_mps))
         if known is None:
             clock = self.clock(lane_id, speed_cap_mps)
-            known = self._readings[lane_id, speed_cap_mps] = self.lines[lane_id].s.tolist(), clock.tolist()
+            known = self._readings[lane_id, speed_cap_mps] = (
+                array("d", self.lines[lane_id].s),
+                array("d", clock),
+            )
         return _reading(*known, s_to_m) - _reading(*known, s_from_m)
 
     def travel_time_s(self, lane_id: str, speed_cap_mps: float = math.inf) -> float:
@@ -180,13 +192,22 @@ class RoadNetwork:
         return list(found)
 
 
+def _with_ends_only(road_map: RoadMap) -> RoadMap:
+    return msgspec.structs.replace(
+        road_map,
+        lanes=tuple(
+            msgspec.structs.replace(lane, points=(lane.points[0], lane.points[-1])) for lane in road_map.lanes
+        ),
+    )
+
+
 def _line(lane: Lane) -> LaneLine:
     points: Array = np.array(lane.points, dtype=np.float64).reshape(-1, 2)
     s = arc_lengths(points)
     return LaneLine(points, s, curvatures(points), float(s[-1]))
 
 
-def _reading(s: list[float], clock: list[float], at_m: float) -> float:
+def _reading(s: Numbers, clock: Numbers, at_m: float) -> float:
     """Linear in between, as numpy.interp; the ends hold beyond them."""
     if at_m >= s[-1]:
         return clock[-1]

@@ -211,9 +211,6 @@ class SqlUnitOfWork:
         self.roads()
         return 1.0 if self._factors is None else travel_time_factor_at(self._factors, self.hour_of(moment))
 
-    def network_of(self, content: bytes) -> RoadNetwork:
-        return self._library.decode(content).network
-
     def network_at(self, map_version: str) -> RoadNetwork | None:
         roads = self._roads_at(map_version)
         return None if roads is None else roads.network

@@ -4,56 +4,58 @@ The handshake and every socket that stays with its endpoint are uvicorn's. A con
 a `FrameConnection`, and uvicorn's own object and the handshake are forgotten.
 """
 
+import asyncio
 from collections.abc import Callable
-from functools import cache
 from http import HTTPStatus
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.http11 import Request
 
-from campusloop.live.connections.frame_connection import FrameConnection, FrameLimits
+from campusloop.live.connections.frame_connection import FrameConnection, QuietWatch
 from server.api.sockets.frame_stream import EXTENSION
+
+_WATCHES: WeakKeyDictionary[asyncio.AbstractEventLoop, dict[float, QuietWatch]] = WeakKeyDictionary()
 
 
 class DirectFrames:
     """A `server.api.sockets.frame_stream.FrameStream`: what is sent before the take-over waits for it."""
 
-    __slots__ = ("_connection", "_waiting", "_websocket")
-
     def __init__(self, websocket: "DirectWebsockets") -> None:
         self._websocket: DirectWebsockets | None = websocket
-        self._connection: FrameConnection | None = None
         self._waiting: list[Callable[[FrameConnection], None]] = []
 
-    def take_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> None:
+    def take_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> FrameConnection:
         assert self._websocket is not None, "taken over twice"
         websocket, self._websocket = self._websocket, None
-        self._connection = websocket.taken_over(received, lost)
-        waiting, self._waiting = self._waiting, []
-        for call in waiting:
-            call(self._connection)
+        connection = websocket.taken_over(received, lost)
+        for call in self._waiting:
+            call(connection)
+        return connection
 
     def send(self, data: bytes) -> None:
-        if self._connection is None:
-            self._waiting.append(lambda connection: connection.send(data))
-        else:
-            self._connection.send(data)
+        self._waiting.append(lambda connection: connection.send(data))
 
     def close(self, code: int, reason: str) -> None:
-        if self._connection is None:
-            self._waiting.append(lambda connection: connection.close(code, reason))
-        else:
-            self._connection.close(code, reason)
+        self._waiting.append(lambda connection: connection.close(code, reason))
 
-    def pause(self) -> None:
-        if self._connection is not None:
-            self._connection.pause()
 
-    def resume(self) -> None:
-        if self._connection is not None:
-            self._connection.resume()
+class _End:
+    """What has to be done when a connection that was taken over has ended."""
+
+    __slots__ = ("_bookkeeping", "_connections", "_lost")
+
+    def __init__(
+        self, connections: set[Any], bookkeeping: Callable[[], None], lost: Callable[[str], None]
+    ) -> None:
+        self._connections, self._bookkeeping, self._lost = connections, bookkeeping, lost
+
+    def __call__(self, connection: FrameConnection, reason: str) -> None:
+        self._connections.discard(connection)
+        self._bookkeeping()
+        self._lost(reason)
 
 
 class DirectWebsockets(WebSocketsSansIOProtocol):
@@ -90,18 +92,12 @@ class DirectWebsockets(WebSocketsSansIOProtocol):
     def taken_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> FrameConnection:
         self._is_taken_over = True
         self.stop_keepalive()
-        connections, ended = self.connections, self.end_bookkeeping()
-
-        def lost_connection(reason: str) -> None:
-            connections.discard(connection)
-            ended()
-            lost(reason)
-
-        limits = _limits(self.config.ws_max_size, self.config.ws_ping_interval or None)
-        connection = FrameConnection(self.transport, limits, received, lost_connection)
+        watch = _watch(self.loop, self.config.ws_ping_interval or None)
+        end = _End(self.connections, self.end_bookkeeping(), lost)
+        connection = FrameConnection(self.transport, self.config.ws_max_size, watch, received, end)
         # The server's own list, by which it ends what is open.
-        connections.discard(self)
-        connections.add(connection)  # type: ignore[arg-type]
+        self.connections.discard(self)
+        self.connections.add(connection)  # type: ignore[arg-type]
         self.transport.set_protocol(connection)
         if self.read_paused:
             self.read_paused = False
@@ -120,10 +116,12 @@ def _hand_on(message: Any, connection: FrameConnection, received: Callable[[byte
         connection.connection_lost(None)
 
 
-@cache
-def _limits(message_bytes_max: int, quiet_s: float | None) -> FrameLimits:
-    """One object for all connections."""
-    return FrameLimits(message_bytes_max, quiet_s)
+def _watch(loop: asyncio.AbstractEventLoop, quiet_s: float | None) -> QuietWatch | None:
+    """The watch of all connections of the loop; None if quiet peers are not looked after."""
+    if quiet_s is None:
+        return None
+    watches = _WATCHES.setdefault(loop, {})
+    return watches.setdefault(quiet_s, QuietWatch(quiet_s))
 
 
 def _nothing() -> None:

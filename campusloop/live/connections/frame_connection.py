@@ -8,7 +8,6 @@ library `websockets` is made, and dropped when it is between two messages again.
 import asyncio
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import cast
 
 from websockets.frames import CloseCode, Frame, Opcode
@@ -30,62 +29,57 @@ _WHOLE_DATA = (0x81, 0x82)
 _DATA = (Opcode.TEXT, Opcode.BINARY, Opcode.CONT)
 
 
-@dataclass(frozen=True, slots=True)
-class FrameLimits:
-    """message_bytes_max: of a frame, or of all fragments of a message.
-
-    quiet_s  a peer that says nothing for so long is pinged, and closed after the same time again; None: never
-    """
-
-    message_bytes_max: int
-    quiet_s: float | None
-
-
 class FrameConnection(asyncio.Protocol):
-    """A websocket after its handshake.
+    """A websocket after its handshake. There are thousands of it, so it holds little.
 
-    received  gets the content of each message
-    lost      is told once that the connection has ended, and why
+    message_bytes_max  of a frame, or of all fragments of a message
+    watch              pings it while it is quiet; None: never
+    received           gets the content of each message
+    lost               is told once that the connection has ended, and why
     """
 
     __slots__ = (
         "_begun",
+        "_cut_off",
         "_fragments",
         "_is_closing",
         "_is_heard",
         "_is_paused",
         "_is_pinged",
         "_is_writable",
-        "_limits",
         "_lost",
+        "_message_bytes_max",
         "_parser",
         "_received",
-        "_timer",
         "_transport",
+        "_watch",
     )
 
     def __init__(
         self,
         transport: asyncio.Transport,
-        limits: FrameLimits,
+        message_bytes_max: int,
+        watch: "QuietWatch | None",
         received: Callable[[bytes], None],
-        lost: Callable[[str], None],
+        lost: "Callable[[FrameConnection, str], None]",
     ) -> None:
         self._transport = transport
-        self._limits = limits
+        self._message_bytes_max = message_bytes_max
+        self._watch = watch
         self._received = received
         self._lost = lost
         # The beginning of a frame whose end has not come yet.
         self._begun = b""
         # Present in the middle of a fragmented message and after our close.
         self._parser: Parser | None = None
-        self._fragments: list[bytes] = []
+        self._fragments: list[bytes] | None = None
         self._is_closing = False
         self._is_paused = False
         self._is_writable = True
         self._is_heard = self._is_pinged = False
-        self._timer: asyncio.TimerHandle | None = None
-        self._watch()
+        self._cut_off: asyncio.TimerHandle | None = None
+        if watch is not None:
+            watch.add(self)
 
     # ---------------------------------------------------------------- to the peer
 
@@ -138,10 +132,12 @@ class FrameConnection(asyncio.Protocol):
         self._is_writable = True
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._stop_timer()
         self._is_closing = True
+        self._unwatch()
+        if self._cut_off is not None:
+            self._cut_off.cancel()
         lost, self._lost = self._lost, _told
-        lost("connection lost")
+        lost(self, "connection lost")
 
     def data_received(self, data: bytes) -> None:
         self._is_heard = True
@@ -166,7 +162,7 @@ class FrameConnection(asyncio.Protocol):
         elif size == 127:
             begin, size = at + 14, int.from_bytes(data[at + 2 : at + 10])
         end = begin + size
-        if not second & _MASKED or size > self._limits.message_bytes_max:
+        if not second & _MASKED or size > self._message_bytes_max:
             # The parser refuses it by its head.
             self._parse(data[at:])
             return len(data)
@@ -182,7 +178,7 @@ class FrameConnection(asyncio.Protocol):
 
     def _parser_here(self) -> Parser:
         if self._parser is None:
-            self._parser = Parser(SERVER, state=OPEN, max_size=self._limits.message_bytes_max)
+            self._parser = Parser(SERVER, state=OPEN, max_size=self._message_bytes_max)
         return self._parser
 
     def _parse(self, data: bytes) -> None:
@@ -191,10 +187,11 @@ class FrameConnection(asyncio.Protocol):
         for frame in parser.events_received():
             frame = cast(Frame, frame)
             if frame.opcode in _DATA and not self._is_closing:
-                self._fragments.append(bytes(frame.data))
+                fragments = self._fragments or []
+                fragments.append(bytes(frame.data))
+                self._fragments = None if frame.fin else fragments
                 if frame.fin:
-                    message, self._fragments = b"".join(self._fragments), []
-                    self._received(message)
+                    self._received(b"".join(fragments))
         if parser.close_rcvd is not None or parser.parser_exc is not None:
             # The peer's close, or a frame that breaks the protocol.
             self._end(parser, awaits_answer=False)
@@ -212,37 +209,58 @@ class FrameConnection(asyncio.Protocol):
         """Send what the parser has to say, and close: at once, or when the peer has answered."""
         self._is_closing = True
         self._write(parser)
-        self._stop_timer()
+        self._unwatch()
         self.resume()
-        self._timer = asyncio.get_running_loop().call_later(CLOSE_WITHIN_S, self._transport.abort)
+        self._cut_off = asyncio.get_running_loop().call_later(CLOSE_WITHIN_S, self._transport.abort)
         if not awaits_answer:
             self._transport.close()
 
     # ---------------------------------------------------------------- a peer that is quiet
 
-    def _watch(self) -> None:
-        if self._limits.quiet_s is not None:
-            self._timer = asyncio.get_running_loop().call_later(self._limits.quiet_s, self._quiet_time_over)
+    def _unwatch(self) -> None:
+        if self._watch is not None:
+            self._watch.discard(self)
 
-    def _stop_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-
-    def _quiet_time_over(self) -> None:
+    def look(self) -> None:
+        """Ping a peer that has said nothing since the last look, and close it if it was pinged then."""
         if self._is_heard:
             self._is_heard = self._is_pinged = False
         elif self._is_pinged and not self._is_paused:
             parser = self._parser_here()
             parser.fail(CloseCode.INTERNAL_ERROR, "keepalive ping timeout")
             self._end(parser, awaits_answer=False)
-            return
         elif not self._transport.is_closing():
             self._is_pinged = True
             # An empty ping, from the server unmasked (RFC 6455 5.5.2).
             self._transport.write(bytes((0x89, 0)))
-        self._watch()
 
 
-def _told(_: str) -> None:
+class QuietWatch:
+    """Looks after the connections of one event loop, all with one timer.
+
+    quiet_s  a peer that says nothing for so long is pinged, and closed after the same time again
+    """
+
+    def __init__(self, quiet_s: float) -> None:
+        self._quiet_s = quiet_s
+        self._connections: set[FrameConnection] = set()
+        self._timer: asyncio.TimerHandle | None = None
+
+    def add(self, connection: FrameConnection) -> None:
+        self._connections.add(connection)
+        if self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(self._quiet_s, self._look)
+
+    def discard(self, connection: FrameConnection) -> None:
+        self._connections.discard(connection)
+
+    def _look(self) -> None:
+        self._timer = None
+        for connection in tuple(self._connections):
+            connection.look()
+        if self._connections:
+            self._timer = asyncio.get_running_loop().call_later(self._quiet_s, self._look)
+
+
+def _told(_connection: FrameConnection, _reason: str) -> None:
     """The end has been told."""

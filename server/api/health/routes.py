@@ -58,6 +58,7 @@ async def _readiness(services: Services) -> Readiness:
         and all(task.state == "good" for task in tasks),
         map_version=map_version,
         vehicles_connected=len(services.hub.connected()),
+        leaving=services.hub.is_leaving,
         database="unavailable" if not answers else "good" if is_ours else "foreign",
         disk_free_bytes=free,
         disk_has_room=has_room,

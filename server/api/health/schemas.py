@@ -35,6 +35,7 @@ class Readiness(BaseModel):
 
     map_version        of the active campus map, empty if there is none
     database           unavailable: it does not answer; foreign: its tables are another version's
+    leaving            it stops and sends its vehicles to other servers
     disk_free_bytes    where the database and the run segments are
     tasks              the server's standing tasks
     """
@@ -45,6 +46,7 @@ class Readiness(BaseModel):
                 "ready": True,
                 "map_version": "3f0c9a71d2e84b55",
                 "vehicles_connected": 3,
+                "leaving": False,
                 "database": "good",
                 "disk_free_bytes": 52_000_000_000,
                 "disk_has_room": True,
@@ -63,6 +65,7 @@ class Readiness(BaseModel):
     ready: bool
     map_version: str
     vehicles_connected: int
+    leaving: bool
     database: Literal["good", "unavailable", "foreign"]
     disk_free_bytes: int
     disk_has_room: bool

@@ -12,15 +12,8 @@ from starlette.websockets import WebSocket
 EXTENSION = "campusloop.frames"
 
 
-class FrameStream(Protocol):
-    """A websocket that has been accepted. `send` and `close` return at once."""
-
-    def take_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> None:
-        """From here on each frame goes to `received`, and the end of the connection to `lost`.
-
-        The endpoint may return: the connection stays open.
-        """
-        ...
+class Frames(Protocol):
+    """A websocket whose frames come without ASGI. `send` and `close` return at once."""
 
     def send(self, data: bytes) -> None:
         """Send a text frame. A peer that does not read is closed with `too_slow`."""
@@ -33,6 +26,21 @@ class FrameStream(Protocol):
         ...
 
     def resume(self) -> None: ...
+
+
+class FrameStream(Protocol):
+    """A websocket that has been accepted and is still with its endpoint. What is sent goes out later."""
+
+    def take_over(self, received: Callable[[bytes], None], lost: Callable[[str], None]) -> Frames:
+        """From here on each frame goes to `received`, and the end of the connection to `lost`.
+
+        The endpoint may return: the connection stays open.
+        """
+        ...
+
+    def send(self, data: bytes) -> None: ...
+
+    def close(self, code: int, reason: str) -> None: ...
 
 
 def frame_stream(websocket: WebSocket) -> FrameStream | None:

@@ -6,7 +6,7 @@ from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketState
 
 from server.api.services import InjectedServices
-from server.api.sockets.frame_stream import FrameStream, frame_stream
+from server.api.sockets.frame_stream import Frames, FrameStream, frame_stream
 from server.api.sockets.outgoing import OutgoingFrames
 from server.fleet.hub import Hub
 from server.fleet.link import Link
@@ -26,15 +26,25 @@ async def vehicle_socket(websocket: WebSocket, services: InjectedServices) -> No
 
 def _hand_over(stream: FrameStream, hub: Hub) -> None:
     """The connection goes on without a task of its own."""
-    link = hub.attach(stream)
+    received = _Received(hub.attach(stream))
+    received.frames = stream.take_over(received, received.link.closed)
+    received.link.go_on_with(received.frames)
 
-    def received(data: bytes) -> None:
-        link.received(data)
-        if link.is_full:
-            stream.pause()
-            link.when_ready(stream.resume)
 
-    stream.take_over(received, link.closed)
+class _Received:
+    """Hands frames to a link, and reads no more of them while it is full."""
+
+    __slots__ = ("frames", "link")
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+        self.frames: Frames | None = None
+
+    def __call__(self, data: bytes) -> None:
+        self.link.received(data)
+        if self.link.is_full and self.frames is not None:
+            self.frames.pause()
+            self.link.when_ready(self.frames.resume)
 
 
 async def _serve(websocket: WebSocket, hub: Hub) -> None:

@@ -30,6 +30,7 @@ class MapLibrary:
             known = self._roads.get(road_map.map_version)
             if known is None:
                 rules = self._rules
-                known = FleetRoads(RoadNetwork(road_map), rules.speed_cap_mps, rules.travel_time_factor)
+                network = RoadNetwork(road_map, keep_points=False)
+                known = FleetRoads(network, rules.speed_cap_mps, rules.travel_time_factor)
                 self._roads[road_map.map_version] = known
             return known

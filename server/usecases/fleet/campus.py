@@ -1,5 +1,6 @@
 """The campus map in force, and its stops."""
 
+from contract.roads.load import MapError, decode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.validate import problems
@@ -14,7 +15,10 @@ from server.usecases.record.server_events import record_event
 
 def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False) -> StoredMap:
     """Store a map by its version; a repeat gives the stored one. Raises MapInvalid, MapInUse."""
-    road_map = uow.network_of(content).road_map
+    try:
+        road_map = decode_map(content)
+    except MapError as error:
+        raise MapInvalid(error.detail) from error
     stored = uow.maps.get(road_map.map_version)
     if stored is None:
         _require_sound(uow, road_map)

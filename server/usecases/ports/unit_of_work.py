@@ -96,10 +96,6 @@ class UnitOfWork(Protocol):
         Raises CampusUnknown."""
         ...
 
-    def network_of(self, content: bytes) -> RoadNetwork:
-        """The map in these bytes, decoded and kept. Raises MapInvalid."""
-        ...
-
     def network_at(self, map_version: str) -> RoadNetwork | None:
         """A stored map, active or not, decoded once; None for one that is not stored."""
         ...

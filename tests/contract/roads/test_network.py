@@ -113,3 +113,14 @@ def test_the_time_between_two_places_is_what_the_lanes_clock_says_and_its_ends_h
     ):
         expected_s = np.interp(to_m, s, clock) - np.interp(from_m, s, clock)
         assert ring.time_between(lane_id, from_m, to_m, 3.0) == pytest.approx(expected_s, abs=1e-9)
+
+
+def test_a_network_answers_alike_without_its_maps_points() -> None:
+    whole, slim = RoadNetwork(ring_map()), RoadNetwork(ring_map(), keep_points=False)
+    assert slim.map_version == whole.map_version
+    assert {len(lane.points) for lane in slim.road_map.lanes} == {2}
+    for lane_id, line in whole.lines.items():
+        assert np.array_equal(slim.lines[lane_id].points, line.points)
+        middle = line.length_m / 2.0
+        assert slim.pose(lane_id, middle) == whole.pose(lane_id, middle)
+        assert slim.time_between(lane_id, 0.0, middle, 5.0) == whole.time_between(lane_id, 0.0, middle, 5.0)

@@ -14,8 +14,8 @@ from websockets.uri import parse_uri
 
 from campusloop.live.connections import frame_connection
 from campusloop.live.connections.direct_websockets import DirectWebsockets
-from campusloop.live.connections.frame_connection import WAITING_BYTES_MAX, FrameConnection, FrameLimits
-from server.api.sockets.frame_stream import FrameStream, frame_stream
+from campusloop.live.connections.frame_connection import WAITING_BYTES_MAX, FrameConnection, QuietWatch
+from server.api.sockets.frame_stream import Frames, frame_stream
 
 SIZE_MAX = 100_000
 
@@ -71,18 +71,21 @@ class TakenOver:
         self.received: list[bytes] = []
         self.lost: list[str] = []
         self.lost_early = False
-        self.stream: FrameStream | None = None
+        self.frames: Frames | None = None
+        self.sent_early: list[bytes] = []
         self.wire = Wire()
         app = FastAPI()
 
         @app.websocket("/ws")
         async def endpoint(websocket: WebSocket) -> None:
             await websocket.accept()
-            self.stream = frame_stream(websocket)
+            stream = frame_stream(websocket)
             if self.lost_early:
                 self.server.connection_lost(None)
-            assert self.stream is not None
-            self.stream.take_over(self.received.append, self.lost.append)
+            assert stream is not None
+            for text in self.sent_early:
+                stream.send(text)
+            self.frames = stream.take_over(self.received.append, self.lost.append)
 
         config = uvicorn.Config(app, ws_max_size=SIZE_MAX, ws_per_message_deflate=False, lifespan="off")
         config.load()
@@ -95,7 +98,7 @@ class TakenOver:
         self.server.data_received(b"".join(self.client.data_to_send()))
         for _ in range(20):
             await asyncio.sleep(0)
-        assert self.stream is not None
+        assert self.frames is not None
         if not self.lost_early:
             assert not self.wire.is_closing(), "the endpoint has returned, and the connection stays open"
         self.answers()
@@ -189,12 +192,26 @@ def test_what_the_server_sends_arrives() -> None:
     texts = [b"a", b"b" * 125, b"c" * 126, b"d" * 70_000]
 
     def send(connection: TakenOver) -> None:
-        assert connection.stream is not None
+        assert connection.frames is not None
         for text in texts:
-            connection.stream.send(text)
+            connection.frames.send(text)
         assert [frame.data for frame in connection.answers()] == texts
 
     taken_over(send)
+
+
+def test_what_the_endpoint_sends_before_it_hands_over_arrives() -> None:
+    async def run() -> list[bytes]:
+        connection = TakenOver()
+        connection.sent_early = [b"challenge", b"x" * 200]
+        connection.server.connection_made(connection.wire)
+        connection.client.send_request(connection.client.connect())
+        connection.server.data_received(b"".join(connection.client.data_to_send()))
+        for _ in range(20):
+            await asyncio.sleep(0)
+        return [bytes(event.data) for event in connection.answers()]
+
+    assert asyncio.run(run()) == [b"challenge", b"x" * 200]
 
 
 def test_a_close_is_answered_and_told_once() -> None:
@@ -208,8 +225,8 @@ def test_a_close_is_answered_and_told_once() -> None:
 
 def test_after_the_servers_close_nothing_more_is_handed_on() -> None:
     def closing(connection: TakenOver) -> None:
-        assert connection.stream is not None
-        connection.stream.close(4412, "superseded")
+        assert connection.frames is not None
+        connection.frames.close(4412, "superseded")
         connection.wire.protocol.data_received(connection.says(a_text(b"late")))
         (frame,) = connection.answers()
         assert frame.opcode is Opcode.CLOSE
@@ -224,10 +241,10 @@ def test_after_the_servers_close_nothing_more_is_handed_on() -> None:
 
 def test_a_vehicle_that_does_not_read_is_closed_as_too_slow() -> None:
     def slow(connection: TakenOver) -> None:
-        assert connection.stream is not None
+        assert connection.frames is not None
         connection.wire.protocol.pause_writing()
         connection.wire.waiting_bytes = WAITING_BYTES_MAX + 1
-        connection.stream.send(b"one more")
+        connection.frames.send(b"one more")
         connection.answers()
         assert connection.client.close_rcvd is not None
         assert connection.client.close_rcvd.reason == "too_slow"
@@ -237,10 +254,10 @@ def test_a_vehicle_that_does_not_read_is_closed_as_too_slow() -> None:
 
 def test_a_paused_connection_is_not_read() -> None:
     def pausing(connection: TakenOver) -> None:
-        assert connection.stream is not None
-        connection.stream.pause()
+        assert connection.frames is not None
+        connection.frames.pause()
         assert connection.wire.is_paused
-        connection.stream.resume()
+        connection.frames.resume()
         assert not connection.wire.is_paused
 
     taken_over(pausing)
@@ -274,7 +291,7 @@ def quiet_connection(answer: Callable[[FrameConnection], None]) -> bytes:
 
     async def run() -> bytes:
         wire = Wire()
-        frames = FrameConnection(wire, FrameLimits(SIZE_MAX, 0.001), lambda _: None, lambda _: None)
+        frames = FrameConnection(wire, SIZE_MAX, QuietWatch(0.001), lambda _: None, lambda *_: None)
         written = b""
         for _ in range(3):
             if wire.is_closing():
@@ -310,7 +327,7 @@ def test_a_peer_that_closes_and_does_not_read_the_rest_is_cut_off(
 
     async def run() -> None:
         wire = Wire()
-        frames = FrameConnection(wire, FrameLimits(SIZE_MAX, None), lambda _: None, lambda _: None)
+        frames = FrameConnection(wire, SIZE_MAX, None, lambda _: None, lambda *_: None)
         frames.data_received(Frame(Opcode.CLOSE, struct.pack("!H", 1000)).serialize(mask=True))
         while not wire.is_aborted:
             wire.something_happened.clear()

@@ -116,3 +116,10 @@ def test_a_server_without_room_on_its_disk_is_not_ready(tmp_path: Path) -> None:
     answer = server.get("/ready")
     assert (answer.status_code, answer.json()["disk_has_room"]) == (503, False)
     server.close()
+
+
+def test_a_server_that_stops_says_that_it_leaves(server: ServerUnderTest) -> None:
+    assert server.get("/ready").json()["leaving"] is False
+    server.run(server.services.hub.leave())
+    answer = server.get("/ready")
+    assert (answer.status_code, answer.json()["leaving"]) == (503, True)

@@ -3116,12 +3116,14 @@ export interface components {
          *
          *     map_version        of the active campus map, empty if there is none
          *     database           unavailable: it does not answer; foreign: its tables are another version's
+         *     leaving            it stops and sends its vehicles to other servers
          *     disk_free_bytes    where the database and the run segments are
          *     tasks              the server's standing tasks
          * @example {
          *       "ready": true,
          *       "map_version": "3f0c9a71d2e84b55",
          *       "vehicles_connected": 3,
+         *       "leaving": false,
          *       "database": "good",
          *       "disk_free_bytes": 52000000000,
          *       "disk_has_room": true,
@@ -3142,6 +3144,8 @@ export interface components {
             map_version: string;
             /** Vehicles Connected */
             vehicles_connected: number;
+            /** Leaving */
+            leaving: boolean;
             /**
              * Database
              * @enum {string}
