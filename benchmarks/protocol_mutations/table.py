@@ -86,8 +86,8 @@ MUTATIONS: tuple[ProtocolMutation, ...] = (
     M(
         "events not written to disk",
         "vehicle_agent/link/outbox.py",
-        "        self._file.write(lines)\n",
-        "",
+        "unwritten = unwritten[self._file.write(unwritten) :]",
+        "unwritten = unwritten[len(unwritten) :]",
         "a crash of the vehicle loses what was not acknowledged",
     ),
     M(

@@ -4,6 +4,7 @@ A chunk holds about a second of driving and goes to the file whole, so that a ki
 the chunk it was filling; what is on disk before it can be read and replayed.
 """
 
+import contextlib
 from pathlib import Path
 
 import msgspec
@@ -111,3 +112,8 @@ class SegmentWriter:
     def close(self) -> None:
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is. What the disk does not take of the last chunk is lost."""
+        with contextlib.suppress(OSError):
+            self._file.close()

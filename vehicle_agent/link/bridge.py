@@ -7,10 +7,13 @@ of the server reach the tick as inbox items.
 from pathlib import Path
 
 import msgspec
+import structlog
 
 from contract.wire.messages import OrderAccepted, OrderProgress, OrderRejected, Status, VehicleEvent
 from vehicle_agent.link.outbox import Outbox
 from vehicle_agent.link.session import Identity, Sign, VehicleSession
+
+log = structlog.get_logger()
 
 
 class TickUpdate(msgspec.Struct, frozen=True):
@@ -54,7 +57,10 @@ class LinkBridge:
         return self._outbox.number_events(update.stamp_ns, update.events)
 
     def write(self, update: TickUpdate, lines: bytes) -> None:
-        """Second step, blocking: writes memory and events to disk; lines: from `number_events`."""
+        """Second step, blocking: writes memory and events to disk; lines: from `number_events`.
+
+        Raises OSError, e.g. for a full disk; it may be repeated.
+        """
         if update.memory is not None:
             self._outbox.save_memory(update.memory, lines)
         self._outbox.write(lines)
@@ -65,7 +71,10 @@ class LinkBridge:
             self.session.progress = update.progress
         if update.events:
             self.session.send_new_events(now_ns)
-            self._outbox.compact()
+            try:
+                self._outbox.compact()
+            except OSError as error:
+                log.warning("outbox.not_compacted", error=str(error))
         for answer in update.answers:
             self.session.answer(answer)
         if update.report is not None:

@@ -7,6 +7,7 @@ memory.msgpack  the mission's memory (order, visits, riders aboard) with the eve
 """
 
 import os
+from io import FileIO
 from pathlib import Path
 
 import msgspec
@@ -43,7 +44,10 @@ class Outbox:
         self._memory_path = folder / MEMORY_FILE
         self._sync = sync
         self.log = EventLog(boot_id, self._read_pending())
-        self._lines = 0
+        # Of the file, as far as its lines are whole.
+        self._lines = self._size = 0
+        self._is_torn = False
+        self._file: FileIO | None = None
         self._rewrite()
 
     def number_events(self, stamp_ns: int, bodies: tuple[VehicleEvent, ...]) -> bytes:
@@ -52,27 +56,41 @@ class Outbox:
         return b"".join(msgspec.json.encode(event) + b"\n" for event in events)
 
     def write(self, lines: bytes) -> None:
-        """Writes numbered events to disk; after that they may be sent. Blocks."""
+        """Writes numbered events to disk; after that they may be sent. Blocks.
+
+        Raises OSError, e.g. for a full disk; then it may be repeated, and no line is there twice.
+        """
         if not lines:
             return
-        self._file.write(lines)
-        self._file.flush()
+        assert self._file is not None, "the outbox is closed"
+        if self._is_torn:
+            self._file.truncate(self._size)
+        self._is_torn = True
+        unwritten = memoryview(lines)
+        while unwritten:
+            unwritten = unwritten[self._file.write(unwritten) :]
         if self._sync:
             os.fsync(self._file.fileno())
+        self._is_torn = False
+        self._size += len(lines)
         self._lines += lines.count(b"\n")
 
     def compact(self) -> None:
-        """Rewrites the file without acknowledged events, once they are most of it."""
+        """Rewrites the file without acknowledged events, once they are most of it. Raises OSError."""
         if self._lines > REWRITE_AFTER_LINES and len(self.log.pending()) < self._lines // 2:
-            self._file.close()
             self._rewrite()
 
     def save_memory(self, memory: bytes, lines: bytes) -> None:
-        """Replaces the mission's memory; returns when it is on disk. lines: the events that it rests on."""
+        """Replaces the mission's memory; returns when it is on disk. Raises OSError.
+
+        lines  the events that it rests on
+        """
         _replace(self._memory_path, msgspec.msgpack.encode(SavedMemory(memory, lines)), self._sync)
 
     def close(self) -> None:
-        self._file.close()
+        if self._file is not None:
+            self._file.close()
+            self._file = None
 
     def _read_pending(self) -> list[LoggedEvent]:
         """Events by boot and number. Those of the memory may be missing in the file, or be acknowledged."""
@@ -99,9 +117,12 @@ class Outbox:
 
     def _rewrite(self) -> None:
         pending = self.log.pending()
-        _replace(self._path, b"".join(msgspec.json.encode(event) + b"\n" for event in pending), self._sync)
-        self._file = self._path.open("ab")
-        self._lines = len(pending)
+        data = b"".join(msgspec.json.encode(event) + b"\n" for event in pending)
+        _replace(self._path, data, self._sync)
+        self.close()
+        # Unbuffered: what a full disk has refused is not written later by itself.
+        self._file = self._path.open("ab", buffering=0)
+        self._lines, self._size, self._is_torn = len(pending), len(data), False
 
 
 def read_memory(folder: Path) -> bytes | None:

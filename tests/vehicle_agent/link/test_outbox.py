@@ -1,4 +1,5 @@
 import os
+import resource
 from pathlib import Path
 
 import msgspec
@@ -143,3 +144,23 @@ def test_a_small_file_is_not_written_anew_at_every_acknowledgement(tmp_path: Pat
     outbox.log.acknowledge("first", 2)
     append(outbox, 1, an_event(2))
     assert (tmp_path / "events.jsonl").stat().st_ino == written
+
+
+def test_events_that_a_full_disk_refused_are_written_once_when_there_is_room(tmp_path: Path) -> None:
+    outbox = Outbox(tmp_path, "first")
+    append(outbox, 1, an_event(1))
+    lines = outbox.number_events(2, (an_event(2), an_event(3)))
+    size = (tmp_path / "events.jsonl").stat().st_size
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size + len(lines) // 2, hard))
+    try:
+        for _ in range(2):
+            with pytest.raises(OSError, match="too large"):
+                outbox.write(lines)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    outbox.write(lines)
+    append(outbox, 3, an_event(4))
+    outbox.close()
+    assert (tmp_path / "events.jsonl").read_bytes().count(b"\n") == 4
+    assert names(Outbox(tmp_path, "second")) == ["command-1", "command-2", "command-3", "command-4"]

@@ -6,7 +6,9 @@ The tick never waits for it: mail arrives in the vehicle's `link` mailbox, messa
 import asyncio
 import signal
 import ssl
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -29,11 +31,14 @@ from vehicle_agent.runtime.processes.mailbox import (
     TickReport,
     TracedSpans,
 )
-from vehicle_agent.runtime.recording.recorder import RunLogEntry, SegmentBegin
+from vehicle_agent.runtime.recording.recorder import SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
 from vehicle_agent.signals import LinkMessage
 
 log = structlog.get_logger()
+
+# What the tick sends meanwhile waits, 40 s of it.
+WRITE_AGAIN_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +104,7 @@ class VehicleLink:
                 tasks.create_task(self._uploader.run())
         finally:
             asyncio.get_running_loop().remove_reader(self._mailbox.fileno())
-            self._log_files.close()
+            self._write_log(self._log_files.close)
             for segment in self._log_files.take_finished():
                 await self._uploader.upload(Path(segment.path), segment.sha256)
             self._bridge.close()
@@ -139,21 +144,37 @@ class VehicleLink:
             if report.update is not None:
                 await self._process_update(report.update)
             if report.entries:
-                await asyncio.to_thread(self._write_log, list(report.entries))
+                write = partial(self._log_files.write, list(report.entries))
+                await asyncio.to_thread(self._write_log, write)
                 for segment in self._log_files.take_finished():
                     self._uploader.add(Path(segment.path), segment.sha256)
 
     async def _process_update(self, update: TickUpdate) -> None:
         lines = self._bridge.number_events(update)
         if lines or update.memory is not None:
-            await asyncio.to_thread(self._bridge.write, update, lines)
+            await self._write(update, lines)
         self._bridge.send(update, self._clock.now_ns())
         if self._tracing is not None:
             self._tracing.answered(update.answers, self._clock.now_ns() + self._utc_offset_ns)
         self._client.wake()
 
-    def _write_log(self, entries: list[RunLogEntry]) -> None:
-        self._log_files.write(entries)
+    async def _write(self, update: TickUpdate, lines: bytes) -> None:
+        """Until it is on the disk: an event is not sent before, and none is lost while a disk is full."""
+        while True:
+            try:
+                await asyncio.to_thread(self._bridge.write, update, lines)
+                return
+            except OSError as error:
+                log.error("outbox.not_written", vehicle_id=self._identity.vehicle_id, error=str(error))
+            await asyncio.sleep(WRITE_AGAIN_S)
+
+    def _write_log(self, write: Callable[[], None]) -> None:
+        """Without a recording a vehicle drives on, and the next segment is tried again."""
+        try:
+            write()
+        except OSError as error:
+            log.error("run.not_recorded", vehicle_id=self._identity.vehicle_id, error=str(error))
+            self._log_files.give_up()
 
     def _deliver(self, message: LinkMessage) -> None:
         delivery = Delivery(self._clock.now_ns(), "link", message)

@@ -38,7 +38,10 @@ class RunLogFiles:
         self._finished: list[FinishedSegment] = []
 
     def write(self, entries: list[RunLogEntry]) -> None:
-        """Writes entries. Raises FileExistsError if the segment exists already."""
+        """Writes entries. Raises OSError, e.g. for a full disk, and for a segment that exists already.
+
+        Then call `give_up`.
+        """
         for entry in entries:
             if isinstance(entry, SegmentBegin):
                 self.close()
@@ -57,8 +60,14 @@ class RunLogFiles:
             self._map_scene = MapScene(decode_map(self._road_map_json))
         writer.add(MAP_TOPIC, stamp_ns, self._map_scene.at(stamp_ns + header.utc_offset_ns))
 
+    def give_up(self) -> None:
+        """Leaves the open segment as far as it is on the disk; writes nothing until the next one begins."""
+        if self._writer is not None:
+            self._writer.abandon()
+            self._writer = None
+
     def close(self) -> None:
-        """Finishes the open segment."""
+        """Finishes the open segment. Raises OSError."""
         if self._writer is not None:
             self._writer.close()
             self._finished.append(finished_segment(self._writer.path, self._segment))
