@@ -16,8 +16,8 @@ settings.register_profile("fixed", deadline=None, derandomize=True)
 settings.register_profile("campaign", deadline=None, print_blob=True)
 settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else "fixed")
 
-# Longer than the limit in pyproject.toml: whole rides, real processes and browsers. A test that hangs must end
-# within the time that CI has for all of them.
+# Longer than the limit in pyproject.toml: whole rides, real processes and browsers. A test that hangs has to
+# end within the time that CI has for all of them.
 LONG_LIMIT_S = 600.0
 WITH_LONG_LIMIT = ("long", "faults", "real", "browser")
 

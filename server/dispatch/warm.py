@@ -6,6 +6,7 @@ import numpy as np
 
 from contract.geometry import arc_lengths, pose_at, project, wrap_angle
 from server.dispatch.answer import PromiseRules, answer_all
+from server.dispatch.decide import earliest_quotes
 from server.dispatch.engine.warm import warm_search
 from server.dispatch.problem import Call, Chain, Problem, Request, VehicleState, Walk
 from server.dispatch.schedule.schedule import Schedule
@@ -45,3 +46,6 @@ def warm_bookings() -> None:
         schedule.add(request)
     near = tuple((Walk((place + 1) % 4, 60.0),) for place in range(4))
     answer_all(schedule, ["new", "far"], PromiseRules(later_s_max=3600.0, walks=near))
+    # What an alternative would be quoted, which the two above do not come to.
+    asked = Request("asked", 2, 3, 1, 0, 0.0, 1e4, 2e4)
+    earliest_quotes(schedule, asked, ((2, 3, 0.0, 1e4, 2e4),))
