@@ -1,4 +1,4 @@
-"""Whether the events that vehicles may rely on are stored, by the rule of the history checker."""
+"""Whether the events that vehicles may rely on are stored once, by the rules of the history checker."""
 
 from collections.abc import Mapping
 
@@ -7,7 +7,7 @@ from sqlalchemy import select
 
 from benchmarks.faults.wire_vehicle import WireVehicle
 from campusloop.simulation.history.records import Violation
-from campusloop.simulation.history.vehicles import lost_events
+from campusloop.simulation.history.vehicles import doubled_events, lost_events
 from contract.wire.messages import VehicleEvent
 from server.store import tables
 from server.store.engine import open_engine
@@ -34,9 +34,10 @@ def not_stored(url: str, promised: Promised) -> list[Violation]:
                 select(event.sequence, event.body).where(
                     event.vehicle_id == vehicle_id, event.boot_id == boot_id
                 )
-            )
+            ).all()
             stored = {row.sequence: _as_sent(row.body) for row in rows}
             found += lost_events(0.0, vehicle_id, boot_id, events, stored)
+            found += doubled_events(0.0, vehicle_id, boot_id, [row.sequence for row in rows])
     engine.dispose()
     return found
 

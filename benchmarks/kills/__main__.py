@@ -68,7 +68,7 @@ def _row(done: Campaign, took_s: float) -> Row:
         "bookings_failed": done.failures,
         "events": done.events,
         "lost": sum(rule in ("booking_lost", "event_lost") for rule in rules),
-        "doubled": sum(rule in ("booking_doubled", "ride_planned_twice") for rule in rules),
+        "doubled": sum(rule in ("booking_doubled", "ride_planned_twice", "event_doubled") for rule in rules),
         "violations": len(rules) + done.failures,
         "tasks_dead": len(done.sick),
         "slowest_s": round(done.slowest_s, 1),

@@ -48,6 +48,8 @@ def judge(
     for (vehicle_id, boot_id), durable in at_check.durable.items():
         stored = facts.events.get((vehicle_id, boot_id), {})
         found += vehicles.lost_events(at_s, vehicle_id, boot_id, durable, stored)
+    for (vehicle_id, boot_id), numbers in facts.numbers.items():
+        found += vehicles.doubled_events(at_s, vehicle_id, boot_id, numbers)
     for vehicle_id, held in facts.held.items():
         found += vehicles.leaked_sections(at_s, vehicle_id, held, at_check.left.get(vehicle_id, ()))
     reached = {vehicle_id for vehicle_id, command in commands.items() if command in observation.done}

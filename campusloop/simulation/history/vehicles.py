@@ -1,5 +1,6 @@
 """Rules about vehicles: their orders, riders, sections and events."""
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -113,6 +114,15 @@ def lost_events(
         text = f"event {number} of {boot_id} was {durable[number]} and is stored as {stored[number]}"
         found.append(Violation(at_s, "event_changed", vehicle_id, text))
     return found
+
+
+def doubled_events(at_s: float, vehicle_id: str, boot_id: str, numbers: Iterable[int]) -> list[Violation]:
+    """numbers: of the boot's stored events, one for each time that it is stored."""
+    twice = sorted(number for number, times in Counter(numbers).items() if times > 1)
+    if not twice:
+        return []
+    text = f"event {twice[0]} of {boot_id} is stored more than once; {len(twice)} are in all"
+    return [Violation(at_s, "event_doubled", vehicle_id, text)]
 
 
 def stuck_outboxes(

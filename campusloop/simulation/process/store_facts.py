@@ -1,6 +1,6 @@
 """The facts that the store knows at the end, for the rules of the history."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import Connection, select
@@ -18,6 +18,7 @@ from server.store.unit_of_work import SqlUnitOfWork
 class StoreFacts:
     """events: (vehicle, boot), then number. planned: rides by vehicle. key_of_ride: of rides with a key.
 
+    numbers    of the stored events by (vehicle, boot), one for each time that it is stored
     held       section and fence of every grant, by vehicle
     connected  vehicles that have a session, as the store knows it
     """
@@ -25,6 +26,7 @@ class StoreFacts:
     rides: tuple[StoredRide, ...]
     key_of_ride: Mapping[str, str]
     events: Mapping[tuple[str, str], Mapping[int, str]]
+    numbers: Mapping[tuple[str, str], Sequence[int]]
     planned: Mapping[str, tuple[str, ...]]
     open_orders: Mapping[str, frozenset[str]]
     held: Mapping[str, frozenset[tuple[str, int]]]
@@ -56,15 +58,18 @@ def store_facts(machine: Machine, now_s: float, faults_end_s: float, *, clock_wa
         uow = SqlUnitOfWork(connection, machine.context())
         rides = uow.rides.in_states(list(RideState))
         events: dict[tuple[str, str], dict[int, str]] = {}
+        numbers: dict[tuple[str, str], list[int]] = {}
         columns = tables.vehicle_events.c
         for row in connection.execute(
             select(columns.vehicle_id, columns.boot_id, columns.sequence, columns.body)
         ):
             events.setdefault((row.vehicle_id, row.boot_id), {})[row.sequence] = row.body
+            numbers.setdefault((row.vehicle_id, row.boot_id), []).append(row.sequence)
         return StoreFacts(
             tuple(stored(ride) for ride in rides),
             {ride.ride_id: ride.idempotency_key for ride in rides if ride.idempotency_key},
             events,
+            numbers,
             {plan.vehicle_id: plan.ride_ids for plan in uow.plans.all()},
             _open_orders(connection),
             {

@@ -4,6 +4,7 @@ from campusloop.simulation.history.records import TaskFact
 from campusloop.simulation.history.vehicles import (
     FleetRules,
     dead_tasks,
+    doubled_events,
     leaked_sections,
     lost_events,
     several_orders,
@@ -50,6 +51,12 @@ def test_seats_sections_and_riders_belong_to_one_vehicle_and_are_not_exceeded() 
         broken = rules.stands(2.0, "b", 6, aboard, sections)
         assert broken is not None
         assert broken.rule == rule
+
+
+def test_an_event_is_stored_once() -> None:
+    assert doubled_events(9.0, "a", "boot-1", [0, 1, 2]) == []
+    (found,) = doubled_events(9.0, "a", "boot-1", [0, 1, 2, 1])
+    assert (found.rule, found.subject) == ("event_doubled", "a")
 
 
 def test_events_on_a_vehicles_disk_are_stored_as_they_were() -> None:
