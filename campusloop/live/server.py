@@ -16,15 +16,15 @@ from typing import NoReturn
 import uvicorn
 import uvloop
 
-from campusloop.live.allocator import (
+from campusloop.live.certificate import local_addresses, self_signed
+from campusloop.live.connections.bounded_http import counted_protocols
+from campusloop.live.draining_server import draining_server
+from campusloop.live.memory.allocator import (
     give_back_free_memory,
     keep_giving_back_memory,
     use_one_arena,
 )
-from campusloop.live.certificate import local_addresses, self_signed
-from campusloop.live.connections.bounded_http import counted_protocols
-from campusloop.live.draining_server import draining_server
-from campusloop.live.library_pages import let_go_of_library_pages
+from campusloop.live.memory.library_pages import let_go_of_library_pages
 from campusloop.live.paced_clock import PacedClock, PacedClocks
 from campusloop.live.process_end import CANNOT_WORK, ProcessEnd
 from campusloop.shipped import DEFAULT_MAP

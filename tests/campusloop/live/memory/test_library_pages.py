@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from campusloop.live.library_pages import _unchanged
+from campusloop.live.memory.library_pages import _unchanged
 
 _MAPPINGS = """\
 7f0000000000-7f0000100000 r-xp 00001000 fe:00 12 {spaces}/site/libllvmlite.so
@@ -29,7 +29,7 @@ def test_libraries_work_on_when_their_pages_are_gone() -> None:
     """In a process of its own, which would end by a signal if a changed page were lost."""
     program = (
         "import ssl, numpy as np\n"
-        "from campusloop.live.library_pages import let_go_of_library_pages\n"
+        "from campusloop.live.memory.library_pages import let_go_of_library_pages\n"
         "let_go_of_library_pages()\n"
         "assert np.allclose(np.linalg.inv(2.0 * np.eye(50)), 0.5 * np.eye(50))\n"
         "ssl.create_default_context()\n"
