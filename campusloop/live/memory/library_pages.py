@@ -20,7 +20,7 @@ _HEAD = re.compile(r"([0-9a-f]+)-([0-9a-f]+) (\S{4}) \S+ \S+ \S+ +(/.*)")
 def let_go_of_library_pages() -> None:
     """Return the library pages that the process has read and not changed; nothing where there is no /proc.
 
-    The compiler behind the kernels reads 60 MB of its own code to load what it compiled before, and is not
+    The compiler behind the kernels reads 70 MB of its own code to load what it compiled before, and is not
     used any more when all kernels are loaded. A page that is used again is read again, as a rule from the
     system's cache.
     """
