@@ -21,6 +21,7 @@ from server.fleet.link import Link
 from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.nearby import Nearby
 from server.fleet.presence import AreaPresence
+from server.fleet.refused_hellos import RefusedHellos
 from server.supervision.standing_tasks import PeriodicTask, StandingTask, TopicReader
 from server.supervision.supervisor import Supervisor
 from server.usecases.fleet import vehicle_sessions
@@ -82,6 +83,7 @@ class Hub:
             store=self._events.take,
             note_status=self._note_status,
             hello_timeout_s=hello_timeout_s,
+            refused=RefusedHellos(clock),
             spans=spans,
         )
         self._links: dict[str, Link] = {}
@@ -114,9 +116,12 @@ class Hub:
         standing: list[StandingTask] = [*readers, self._events, self._record, push]
         self._standing = [self._supervisor.start(task) for task in standing]
 
-    def attach(self, transport: Transport) -> Link:
-        """Begin a session on a new transport; the caller uses `received` and `closed` of the link."""
-        link = Link(self._ids.token(), transport, self._ports)
+    def attach(self, transport: Transport, address: str = "") -> Link:
+        """Begin a session on a new transport; the caller uses `received` and `closed` of the link.
+
+        address  of whoever dialled, for the audit log
+        """
+        link = Link(self._ids.token(), transport, self._ports, address)
         self._greeting[link] = None
         link.begin()
         return link

@@ -51,6 +51,7 @@ from server.fleet.session import Actions, VehicleSession
 from server.usecases.fleet import quarantine, vehicle_sessions, vehicles
 from server.usecases.orders import orders, outbox
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import audit
 
 FRAMES_WAITING_MAX = 200
 
@@ -61,6 +62,7 @@ class Link:
     """`begin`, then `received` takes the frames in order, and `closed` the end of the transport."""
 
     __slots__ = (
+        "_address",
         "_backlog",
         "_hello_timer",
         "_is_gone",
@@ -76,8 +78,9 @@ class Link:
         "session",
     )
 
-    def __init__(self, nonce: str, transport: Transport, ports: "LinkPorts[Link]") -> None:
+    def __init__(self, nonce: str, transport: Transport, ports: "LinkPorts[Link]", address: str) -> None:
         self.session = VehicleSession(nonce)
+        self._address = address
         self._transport = transport
         self._ports = ports
         self._backlog = Backlog()
@@ -209,7 +212,10 @@ class Link:
         except SessionFenced as error:
             self._perform(self.session.close("superseded", error.detail))
         except (KeyUnknown, VehicleUnknown) as error:
+            is_greeting = self.session.state == "checking"
             self._perform(self.session.close("key_unknown", error.detail))
+            if is_greeting:
+                await self._record_refusal("key_unknown")
         finally:
             self._is_working = False
             if self.session.state == "closed":
@@ -265,7 +271,16 @@ class Link:
 
     async def _find_key(self, vehicle_id: str) -> None:
         key = await self._ports.transactions.run(lambda uow: vehicles.key_of(uow, vehicle_id))
-        await self._perform_all(self.session.key_found(base64.b64decode(key)))
+        actions = self.session.key_found(base64.b64decode(key))
+        await self._perform_all(actions)
+        if any(isinstance(action, Close) and action.code == "signature_wrong" for action in actions):
+            await self._record_refusal("signature_wrong")
+
+    async def _record_refusal(self, code: CloseCode) -> None:
+        """Somebody says to be a vehicle and is not: the audit log tells the operators from where."""
+        entry = self._ports.refused.entry(self.vehicle_id, self._address, code)
+        if entry is not None:
+            await self._ports.transactions.run(lambda uow: audit.append(uow, *entry))
 
     async def _open(self, hello: Hello) -> None:
         facts = facts_of(hello)

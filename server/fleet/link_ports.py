@@ -7,6 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 from contract.tracing import RideSpans
 from contract.wire.messages import EventReport
 from server.domain.fleet.vehicles import StatusReport
+from server.fleet.refused_hellos import RefusedHellos
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions
 
@@ -41,4 +42,5 @@ class LinkPorts(Generic[L]):
     store: Callable[[L, EventReport, int], None]
     note_status: Callable[[StatusReport], None]
     hello_timeout_s: float
+    refused: RefusedHellos
     spans: RideSpans | None = None

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 
 from contract.tracing import BOOKING
 from server.api.commands import IdempotencyKey, PassengerCommand, booking_key
@@ -28,6 +28,7 @@ from server.api.security.access import (
     now_ns,
 )
 from server.api.security.rate_limit import TooManyTries
+from server.api.security.request_origin import address_of
 from server.api.services import InjectedServices
 from server.domain.errors import (
     BookingTooFarAhead,
@@ -50,6 +51,7 @@ from server.domain.errors import (
     TokenInvalid,
     VehicleNotConnected,
 )
+from server.domain.record.audit import Caller
 from server.domain.rides.rides import (
     Ride,
     RideSource,
@@ -83,6 +85,7 @@ router = APIRouter(prefix="/rides", tags=["rides"])
     ),
 )
 async def book_ride(
+    http: Request,
     request: RideRequest,
     services: InjectedServices,
     client: Client,
@@ -95,7 +98,8 @@ async def book_ride(
     source: RideSource = "passenger" if developer is None else "developer"
     booking_request = booking(request, booking_key(developer, idempotency_key), source)
     begun_ns = now_ns(services)
-    booked = await services.bookings.book(booking_request)
+    caller = None if developer is None else Caller(developer.kind, developer.name, address_of(http))
+    booked = await services.bookings.book(booking_request, caller)
     if services.spans is not None:
         identified = {"request_id": current_request_id()}
         services.spans.add([booked.ride.ride_id], BOOKING, begun_ns, now_ns(services), **identified)

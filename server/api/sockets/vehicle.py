@@ -5,6 +5,7 @@ import asyncio
 from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketState
 
+from server.api.security.request_origin import address_of
 from server.api.services import InjectedServices
 from server.api.sockets.frame_stream import Frames, FrameStream, frame_stream
 from server.api.sockets.outgoing import OutgoingFrames
@@ -19,14 +20,14 @@ async def vehicle_socket(websocket: WebSocket, services: InjectedServices) -> No
     await websocket.accept()
     stream = frame_stream(websocket)
     if stream is None:
-        await _serve(websocket, services.hub)
+        await _serve(websocket, services.hub, address_of(websocket))
     else:
-        _hand_over(stream, services.hub)
+        _hand_over(stream, services.hub, address_of(websocket))
 
 
-def _hand_over(stream: FrameStream, hub: Hub) -> None:
+def _hand_over(stream: FrameStream, hub: Hub, address: str) -> None:
     """The connection goes on without a task of its own."""
-    received = _Received(hub.attach(stream))
+    received = _Received(hub.attach(stream, address))
     received.frames = stream.take_over(received, received.link.closed)
     received.link.go_on_with(received.frames)
 
@@ -47,9 +48,9 @@ class _Received:
             self.link.when_ready(self.frames.resume)
 
 
-async def _serve(websocket: WebSocket, hub: Hub) -> None:
+async def _serve(websocket: WebSocket, hub: Hub, address: str) -> None:
     outgoing = OutgoingFrames(websocket)
-    link = hub.attach(outgoing)
+    link = hub.attach(outgoing, address)
     loop = asyncio.get_running_loop()
     both = (loop.create_task(outgoing.run()), loop.create_task(_receive(websocket, link)))
     try:

@@ -9,7 +9,7 @@ from server.domain.fleet.vehicles import VehicleCommand
 from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent
 from server.usecases.ports.unit_of_work import UnitOfWork
-from tests.server.api.server_under_test import PASSWORD, ServerUnderTest
+from tests.server.api.server_under_test import PASSWORD, ServerUnderTest, snow_lion
 from tests.server.fleet.vehicle_key import VehicleKeyPair
 
 
@@ -114,3 +114,21 @@ def test_a_changed_entry_is_found(server: ServerUnderTest, admin: dict[str, str]
     server.transact(forge)
     found = server.get("/audit/verify").json()
     assert (found["intact"], found["broken_at"]) == (False, 1)
+
+
+def test_a_ride_booked_with_a_token_is_entered_and_a_passengers_is_not(
+    server: ServerUnderTest, admin: dict[str, str]
+) -> None:
+    token = server.post("/developer-tokens", {"name": "night", "scopes": ["drive"]}, headers=admin).json()
+    stops = [stop.stop_id for stop in snow_lion().stops]
+    wanted = {"from_stop": stops[0], "to_stop": stops[1], "party": 1}
+    server.post("/rides", wanted)
+    bearer = {"Authorization": f"Bearer {token['secret']}"}
+    booked = server.post("/rides", wanted, headers=bearer).json()
+    server.post("/rides", wanted | {"to_stop": "nowhere"}, headers=bearer)
+    entries = server.get("/audit", params={"action": "book_ride"}).json()
+    known = [(entry["kind"], entry["by"], entry["subject"], entry["outcome"]) for entry in entries]
+    assert known == [
+        ("developer", "developer:night", "", "stop_unknown"),
+        ("developer", "developer:night", booked["ride_id"], "done"),
+    ]
