@@ -5,8 +5,8 @@ from playwright.sync_api import Locator, Page, expect
 from tests.e2e.server_process import PASSWORD
 
 
-def sign_in(page: Page, password: str = PASSWORD) -> None:
-    page.get_by_label("Name").fill("operator")
+def sign_in(page: Page, password: str = PASSWORD, name: str = "operator") -> None:
+    page.get_by_label("Name").fill(name)
     page.get_by_label("Password").fill(password)
     page.get_by_role("button", name="Sign in").click()
 

@@ -92,6 +92,17 @@ class ServerProcess:
         self.await_vehicle(vehicle_id, held=False)
         return shuttle
 
+    def new_viewer(self, name: str = "viewer") -> tuple[str, str]:
+        """Name and password of an operator who only looks."""
+        made = self.change("POST", "/operators", {"name": name, "roles": ["viewer"]})
+        with httpx.Client(base_url=self.http.base_url, trust_env=False, timeout=30) as http:
+            first = {"name": name, "password": made["initial_password"]}
+            session = http.post("/session", json=first).raise_for_status().json()
+            chosen = {"password": made["initial_password"], "new_password": PASSWORD}
+            headers = {"X-CSRF-Token": session["csrf_token"]}
+            http.post("/session/password", json=chosen, headers=headers).raise_for_status()
+        return name, PASSWORD
+
     def await_vehicle(self, vehicle_id: str, **facts: object) -> None:
         until_s = time.monotonic() + PLACED_WITHIN_S
         vehicle: dict[str, object] = {}

@@ -102,6 +102,39 @@ def test_a_ride_appears_and_is_cancelled_by_the_operator(console: Page, open_pag
     expect(phone.get_by_text("The operators cancelled this ride")).to_be_visible()
 
 
+def test_who_rode_is_erased_for_good_after_a_question(console: Page, open_page: OpenPage) -> None:
+    phone = open_page("/", allowed=(404,), **PHONE)
+    code = book(phone, "Main Library", "Gymnasium")
+    cancel(phone)
+    console.get_by_role("link", name="Rides").click()
+    console.get_by_role("button", name="All", exact=True).click()
+    row = console.locator(f'[data-ride="{code}"]')
+    ride_id = row.get_attribute("data-ride-id")
+    row.get_by_role("button", name="Erase rider").click()
+    console.get_by_role("dialog").get_by_role("button", name="Erase the rider").click()
+    expect(row).to_have_count(0)
+    erased = console.locator(f'[data-ride-id="{ride_id}"]')
+    expect(erased).to_contain_text("rider erased")
+    expect(erased).to_contain_text("Cancelled")
+    expect(erased.get_by_role("button", name="Erase rider")).to_have_count(0)
+    phone.reload()
+    expect(phone.get_by_text(code)).to_have_count(0)
+
+
+def test_a_viewer_sees_the_service_and_no_button_that_would_be_refused(
+    console: Page, open_page: OpenPage, server: ServerProcess
+) -> None:
+    console.get_by_role("link", name="Service").click()
+    expect(console.get_by_role("button", name="New calendar")).to_be_visible()
+    name, password = server.new_viewer()
+    page = open_page("/console")
+    sign_in(page, password, name)
+    page.get_by_role("link", name="Service").click()
+    expect(page.get_by_role("heading", name="Calendars")).to_be_visible()
+    for button in ("New calendar", "Edit", "Remove", "Enter the day"):
+        expect(page.get_by_role("button", name=button)).to_have_count(0)
+
+
 def test_an_enrolment_code_and_a_token_are_made_and_the_token_revoked(console: Page) -> None:
     console.get_by_role("link", name="Access").click()
     console.get_by_label("Vehicle id").fill("shuttle-9")

@@ -5,6 +5,7 @@ import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
 import { formatTimeOrDateTime } from "../texts/times";
 import { CancelRideButton } from "./cancel_ride_button";
+import { EraseRideButton } from "./erase_ride_button";
 import { lateMinutes } from "./promises";
 
 type Ride = Schemas["RideRecord"];
@@ -41,9 +42,9 @@ function RideRow({ ride }: { readonly ride: Ride }) {
   const t = texts.value;
   const { promise } = ride;
   return (
-    <tr data-ride={ride.ride_code}>
+    <tr data-ride={ride.ride_code} data-ride-id={ride.ride_id}>
       <th scope="row" class="mono">
-        {ride.ride_code}
+        {ride.ride_code === "" ? t.rider_erased : ride.ride_code}
       </th>
       <td data-label={t.state}>
         <span class={`chip ${toneOf(ride)}`}>{t.states[ride.state]}</span>
@@ -84,6 +85,7 @@ function RideRow({ ride }: { readonly ride: Ride }) {
       </td>
       <td>
         <CancelRideButton ride={ride} />
+        <EraseRideButton ride={ride} />
       </td>
     </tr>
   );

@@ -5,6 +5,8 @@ import type { Problem } from "../../shared/api/problem";
 import { language } from "../../shared/texts/language";
 import { weekdayName } from "../../shared/texts/times";
 import { ProblemAlert } from "../../shared/ui/alerts";
+import { RoleGate } from "../account/role_gate";
+import { may } from "../session";
 import { refreshService } from "../store/service";
 import { texts } from "../texts/texts";
 import { formatDate } from "../texts/times";
@@ -37,23 +39,25 @@ export function CalendarList({ shown }: { readonly shown: Schemas["ServiceView"]
           </li>
         ))}
       </ul>
-      {editing.value === null ? (
-        <button
-          type="button"
-          class="button"
-          onClick={() => {
-            editing.value = "new";
-          }}
-        >
-          {t.new_calendar}
-        </button>
-      ) : (
-        <CalendarForm
-          key={editing.value === "new" ? "" : editing.value.service_id}
-          pattern={editing.value === "new" ? null : editing.value}
-          onDone={done}
-        />
-      )}
+      <RoleGate roles={["dispatcher"]}>
+        {editing.value === null ? (
+          <button
+            type="button"
+            class="button"
+            onClick={() => {
+              editing.value = "new";
+            }}
+          >
+            {t.new_calendar}
+          </button>
+        ) : (
+          <CalendarForm
+            key={editing.value === "new" ? "" : editing.value.service_id}
+            pattern={editing.value === "new" ? null : editing.value}
+            onDone={done}
+          />
+        )}
+      </RoleGate>
     </section>
   );
 }
@@ -88,16 +92,18 @@ function PatternRow({ pattern, onEdit }: PatternRowProps) {
             .join(" · ")}
         </small>
       </span>
-      <span class="buttons">
-        <button type="button" class="button small" onClick={onEdit}>
-          {t.edit}
-        </button>
-        {pattern.trips === 0 && (
-          <button type="button" class="button small" onClick={() => void remove()}>
-            {t.remove}
+      {may("dispatcher") && (
+        <span class="buttons">
+          <button type="button" class="button small" onClick={onEdit}>
+            {t.edit}
           </button>
-        )}
-      </span>
+          {pattern.trips === 0 && (
+            <button type="button" class="button small" onClick={() => void remove()}>
+              {t.remove}
+            </button>
+          )}
+        </span>
+      )}
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </div>
   );

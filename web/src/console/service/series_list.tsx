@@ -6,6 +6,7 @@ import { language } from "../../shared/texts/language";
 import { weekdayName } from "../../shared/texts/times";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
+import { may } from "../session";
 import { rides } from "../store/rides";
 import { activeSeries } from "../store/series";
 import { stopName } from "../texts/stop_names";
@@ -59,15 +60,17 @@ function SeriesRow({ series }: { readonly series: Series }) {
           {t.people_count(series.party)}
         </small>
       </span>
-      <button
-        type="button"
-        class="button small"
-        onClick={() => {
-          confirming.value = true;
-        }}
-      >
-        {t.cancel_ride}
-      </button>
+      {may("dispatcher") && (
+        <button
+          type="button"
+          class="button small"
+          onClick={() => {
+            confirming.value = true;
+          }}
+        >
+          {t.cancel_ride}
+        </button>
+      )}
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
       {confirming.value && (
         <ConfirmDialog

@@ -304,6 +304,12 @@ export const en = {
   cancel_ride_title: (code: string) => `Cancel ride ${code}?`,
   cancel_ride_text: "The passenger sees at once that the operators cancelled it.",
   cancel_ride_yes: "Cancel the ride",
+  erase_ride: "Erase rider",
+  erase_ride_title: (code: string) => `Erase who rode with ${code}?`,
+  erase_ride_text:
+    "Its code, its link and what was said of it are gone for good. Stops, times and the number of people stay for statistics.",
+  erase_ride_yes: "Erase the rider",
+  rider_erased: "rider erased",
   reasons: {
     no_vehicle_free: "no vehicle free",
     seats: "too few seats",

@@ -264,6 +264,11 @@ export const zh: ConsoleTexts = {
   cancel_ride_title: (code) => `取消行程 ${code}？`,
   cancel_ride_text: "乘客会立即看到行程被调度员取消。",
   cancel_ride_yes: "取消行程",
+  erase_ride: "抹除乘客",
+  erase_ride_title: (code) => `抹除行程 ${code} 的乘客信息？`,
+  erase_ride_text: "行程码、链接和相关留言将永久删除；站点、时间和人数保留用于统计。",
+  erase_ride_yes: "抹除乘客信息",
+  rider_erased: "乘客已抹除",
   reasons: {
     no_vehicle_free: "没有空闲车辆",
     seats: "座位不足",
