@@ -6,28 +6,36 @@ GEM rule (stack gem, at the same cap), by pure pursuit (blind, and braking for p
 Frenet planners: CommonRoad's reactive planner and FISS+. A drive succeeds if it reaches the goal in the
 scene's time without a front contact.
 
-The other planners have easier conditions than ours: the same tracks, but exact poses; their plans are
-followed exactly, without delay, and planning takes no time. Open planners run in an environment and a process
-of their own; only their planning call is timed. `--drivers` selects the drivers; with `--thin NAME=K` a slow
-one drives every Kth scene only.
+Everything is driven on two terms, in one run. `vehicle`: every planner answers the plan jobs of our vehicle,
+with its noise, delays, controller, guard, by-wire and plant. `exact` (`NAME_exact`): exact poses, plans that
+are followed exactly and at once, no guard; ours as well. `versus.X` compares X with ours on the same terms.
+
+Open planners run in an environment and a process of their own; only their planning call is timed, as CPU.
+`--drivers` and `--terms` select; with `--thin NAME=K` a slow one drives every Kth scene only.
 """
 
 import argparse
 import os
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.peers.drive import Driver, PeerDrive, road_of
+from benchmarks.peers.on_vehicle import VehiclePeer
+from benchmarks.peers.ours import OurPlanner
 from benchmarks.peers.process import ROOT, PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.scenes import Case, cell_cases, clip_cases, profile_for, random_cases, short
-from benchmarks.peers.score import Result, result_of, summary
+from benchmarks.peers.score import EXACT, OURS, Result, result_of, summary
 from benchmarks.reporting.report import RunReport
-from campusloop.scenes.drive import SceneDrive
+from campusloop.scenes.drive import Scene, SceneDrive, SceneRun
 from simulator.traffic.recordings import RecordingError
 
 PYTHON = ROOT / "var" / "peers" / "bin" / "python"
-STACKS = ("snow_lion", "gem")
+STACKS = (OURS, "gem")
+TERMS = ("vehicle", "exact")
+# A plan on the vehicle is followed beyond the next one's beginning.
+_VEHICLE_STEPS = 150
 RULES = {"pure_pursuit": True, "pure_pursuit_braking": False}
 OPEN = {
     "reactive_default": ("reactive", "default"),
@@ -47,6 +55,9 @@ def main() -> None:
     unknown = [name for name in (*names, *thin) if name not in (*STACKS, *RULES, *OPEN)]
     if unknown:
         raise SystemExit(f"no driver {unknown[0]!r}; there are: {', '.join((*STACKS, *RULES, *OPEN))}")
+    terms = arguments.terms.split(",")
+    if not terms or set(terms) - set(TERMS):
+        raise SystemExit(f"--terms takes {', '.join(TERMS)}, not {arguments.terms!r}")
     try:
         cases = _cases(arguments)
         with ExitStack() as stack:
@@ -62,6 +73,7 @@ def main() -> None:
             "cells": arguments.cells,
             "recordings": str(arguments.recordings or ""),
             "drivers": arguments.drivers,
+            "terms": arguments.terms,
             "thin": arguments.thin,
             "limit_s": arguments.limit_s,
             "planning_s": arguments.planning_s,
@@ -89,7 +101,7 @@ def _drive_all(
 
     Returns (results, descriptions of the open planners).
     """
-    drivers: dict[str, Driver] = {name: Pursuit(RULES[name]) for name in names if name in RULES}
+    drivers: dict[str, Driver] = {}
     about = []
     for name in names:
         if name in OPEN:
@@ -101,8 +113,9 @@ def _drive_all(
     for number, case in enumerate(cases):
         for name in names:
             if number % thin.get(name, 1) == 0:
-                results.append(_drive(name, drivers.get(name), case, arguments))
-                print(_line(results[-1]), flush=True)
+                for result in _drive(name, drivers.get(name), case, arguments):
+                    results.append(result)
+                    print(_line(result), flush=True)
     return results, about
 
 
@@ -112,14 +125,46 @@ def _open(python: Path, name: str) -> PeerProcess:
     return PeerProcess([str(python), "-m", "benchmarks.peers.serve", *OPEN[name]])
 
 
-def _drive(name: str, driver: Driver | None, case: Case, arguments: argparse.Namespace) -> Result:
-    scene = short(case.make(profile_for(name if driver is None else "snow_lion")), arguments.limit_s)
-    unfinished = False
+def _drive(name: str, driver: Driver | None, case: Case, arguments: argparse.Namespace) -> list[Result]:
+    """On each of the terms that the driver knows: a stack that plans within its tick has no exact ones."""
+    found = []
+    if "vehicle" in arguments.terms:
+        found.append(_on_vehicle(name, driver, case, arguments))
+    if "exact" in arguments.terms and name != "gem":
+        found.append(_exactly(name, driver, case, arguments))
+    return found
+
+
+def _on_vehicle(name: str, driver: Driver | None, case: Case, arguments: argparse.Namespace) -> Result:
+    scene = short(case.make(profile_for(name if name in STACKS else OURS)), arguments.limit_s)
+    if name in STACKS:
+        return _result(name, case, scene, SceneDrive(scene).run(), arguments)
+    driver = driver or Pursuit(RULES[name], _VEHICLE_STEPS)
+    planner = VehiclePeer(scene, driver, arguments.planning_s)
+    run = SceneDrive(scene, planner=planner).run()
+    words = tuple(sorted(planner.words.items(), key=lambda item: -item[1]))
+    run = replace(run, plan_cpu_ms=tuple(planner.cycles_cpu_ms), limited_by=words)
+    return _result(name, case, scene, run, arguments, unfinished=planner.unfinished)
+
+
+def _exactly(name: str, driver: Driver | None, case: Case, arguments: argparse.Namespace) -> Result:
+    scene = short(case.make(profile_for(OURS)), arguments.limit_s)
     if driver is None:
-        run = SceneDrive(scene).run()
-    else:
-        drive = PeerDrive(scene, driver, arguments.planning_s)
-        run, unfinished = drive.run(), drive.unfinished
+        driver = OurPlanner(scene) if name == OURS else Pursuit(RULES[name])
+    drive = PeerDrive(scene, driver, arguments.planning_s)
+    run = drive.run()
+    return _result(f"{name}{EXACT}", case, scene, run, arguments, unfinished=drive.unfinished)
+
+
+def _result(
+    name: str,
+    case: Case,
+    scene: Scene,
+    run: SceneRun,
+    arguments: argparse.Namespace,
+    *,
+    unfinished: bool = False,
+) -> Result:
     if arguments.traces is not None:
         run.trace.write(arguments.traces / name, scene.name)
     cap_mps = road_of(scene).speed_mps_max
@@ -157,6 +202,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--cells", type=int, default=12, help="protection cells; 0: none")
     parser.add_argument("--recordings", type=Path, help="folder of drone clips")
     parser.add_argument("--drivers", default=",".join((*STACKS, *RULES, *OPEN)), help="with commas between")
+    parser.add_argument("--terms", default=",".join(TERMS), help="with commas between")
     parser.add_argument("--thin", action="append", default=[], help="NAME=K: drives every Kth scene only")
     parser.add_argument("--limit-s", type=float, default=90.0, help="a scene is given up by then")
     parser.add_argument("--planning-s", type=float, default=300.0, help="CPU that one drive's plans may take")

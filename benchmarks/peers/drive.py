@@ -25,7 +25,7 @@ from simulator.traffic.actors import no_bodies
 from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import VEHICLE_COLUMNS
 from vehicle_agent.perception.tracker import AlphaBetaTracker, TrackerState
-from vehicle_agent.signals import PEDESTRIAN
+from vehicle_agent.signals import PEDESTRIAN, Tracks
 
 _PLAN_EVERY_STEPS = 5
 _BEYOND_M = (5.0, 60.0)
@@ -124,17 +124,7 @@ class PeerDrive:
             self._filter_state = self._filter.step(self._filter_state, percept, seen_from)
 
     def _plan_request(self, now_ns: int) -> PlanRequest:
-        """Tracks are predicted to now by their velocity; slow ones are set to standing."""
-        tracks = self._filter_state.tracks
-        late_s = (now_ns - tracks.stamp_ns) * 1e-9
-        velocities = tracks.velocities_map_mps.copy()
-        velocities[np.hypot(velocities[:, 0], velocities[:, 1]) < _STILL_MPS] = 0.0
-        places = tracks.poses_map[:, :2] + late_s * velocities
-        is_person = (tracks.kinds == PEDESTRIAN).astype(np.float64)
-        table = np.column_stack(
-            (tracks.ids, places, tracks.poses_map[:, 2], velocities, tracks.sizes_m, is_person)
-        )
-        others = [tuple(row) for row in table.tolist()]
+        others = others_at(self._filter_state.tracks, now_ns)
         _, x, y, yaw, v, a, curvature = self._row
         if v < _STANDS_MPS:
             # At rest nothing decelerates: a start state that does has no way on but backwards.
@@ -147,7 +137,7 @@ class PeerDrive:
         if plan.words:
             self.words[plan.words] = self.words.get(plan.words, 0) + 1
         rows = np.array(plan.rows)
-        if len(rows) >= 2 and not self._begins_here(rows):
+        if len(rows) >= 2 and not begins_at(rows, self._row):
             self.words[_ELSEWHERE] = self.words.get(_ELSEWHERE, 0) + 1
             rows = rows[:0]
         if len(rows) >= 2:
@@ -156,10 +146,6 @@ class PeerDrive:
             decel = _BRAKES_SHARE * self.scene.profile.limits.decel_mps2_max
             self._plan = braking(self._plan, self._age_s, self._row, decel)
         self._age_s = 0.0
-
-    def _begins_here(self, rows: Array) -> bool:
-        jump_m = math.hypot(rows[0, 1] - self._row[1], rows[0, 2] - self._row[2])
-        return bool(np.isfinite(rows).all()) and jump_m <= _JUMP_M_MAX
 
     def _move(self) -> None:
         before = self._row
@@ -206,6 +192,25 @@ def road_of(scene: Scene) -> Road:
         limits.steer_rate_radps_max,
         1.0 / body.turn_radius_m_min,
     )
+
+
+def others_at(tracks: Tracks, now_ns: int) -> list[tuple[float, ...]]:
+    """Rows of OTHER_COLUMNS: tracks predicted to now by their velocity; slow ones are set to standing."""
+    late_s = (now_ns - tracks.stamp_ns) * 1e-9
+    velocities = tracks.velocities_map_mps.copy()
+    velocities[np.hypot(velocities[:, 0], velocities[:, 1]) < _STILL_MPS] = 0.0
+    places = tracks.poses_map[:, :2] + late_s * velocities
+    is_person = (tracks.kinds == PEDESTRIAN).astype(np.float64)
+    table = np.column_stack(
+        (tracks.ids, places, tracks.poses_map[:, 2], velocities, tracks.sizes_m, is_person)
+    )
+    return [tuple(row) for row in table.tolist()]
+
+
+def begins_at(rows: Array, row: tuple[float, ...]) -> bool:
+    """The plan's rows (PLAN_COLUMNS) are numbers, and begin at this row but for rounding and smoothing."""
+    jump_m = math.hypot(rows[0, 1] - row[1], rows[0, 2] - row[2])
+    return bool(np.isfinite(rows).all()) and jump_m <= _JUMP_M_MAX
 
 
 def row_at(plan: Array, age_s: float) -> tuple[float, ...]:

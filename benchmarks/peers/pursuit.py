@@ -21,8 +21,9 @@ class Pursuit:
     """`blind` ignores people. Otherwise it brakes comfortably to stand 1.5 m before a road user within 0.3 m
     of the body's path over the next 15 m, and as hard as it can if that is too late."""
 
-    def __init__(self, blind: bool) -> None:
-        self._blind = blind
+    def __init__(self, blind: bool, steps: int = _STEPS) -> None:
+        """steps: of a plan, 0.02 s each"""
+        self._blind, self._steps = blind, steps
 
     def begin(self, road: Road) -> None:
         self._road = road
@@ -32,7 +33,7 @@ class Pursuit:
         self._caps_mps = np.minimum(road.speed_mps_max, np.sqrt(road.lateral_accel_mps2_max / bends))
 
     def plan(self, request: PlanRequest) -> Plan:
-        """The next 0.3 s of a bicycle that follows commands without delay."""
+        """The next moments of a bicycle that follows commands without delay."""
         begun_cpu, begun_wall = time.process_time_ns(), time.perf_counter_ns()
         road, target_mps, hard = self._road, *self._target_speed(request)
         accel = road.accel_mps2_max if target_mps > request.v_mps else -road.accel_mps2_max
@@ -42,7 +43,7 @@ class Pursuit:
         curvature = request.curvature_1pm
         rows = [(0.0, x, y, yaw, v, accel, curvature)]
         rate = road.steer_rate_radps_max / road.wheelbase_m
-        for k in range(1, _STEPS + 1):
+        for k in range(1, self._steps + 1):
             wanted = self._curvature(Pose2(x, y, yaw), v)
             curvature += min(max(wanted - curvature, -rate * _STEP_S), rate * _STEP_S)
             before = v

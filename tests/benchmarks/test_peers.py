@@ -9,13 +9,18 @@ import pytest
 
 from benchmarks.peers.drive import PeerDrive, braking, road_of, row_at
 from benchmarks.peers.messages import Plan, PlanRequest, Road
+from benchmarks.peers.on_vehicle import VehiclePeer, trajectory_rows
+from benchmarks.peers.ours import OurPlanner
 from benchmarks.peers.process import PeerError, PeerProcess
 from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.score import Result, summary
-from campusloop.scenes.drive import Scene
-from campusloop.scenes.path_map import path_map
+from campusloop.scenes.drive import Scene, SceneDrive
+from campusloop.scenes.path_map import LANE_ID, path_map
 from campusloop.scenes.protection_cells import cells
 from campusloop.scenes.stacks import profile_of
+from contract.roads.network import RoadNetwork
+from contract.roads.routing import Route, route_line
+from vehicle_agent.planning.motion.corridor import corridor_of
 
 FAKE = Path(__file__).with_name("fake_open_planner.py")
 CROSSING = "day-walks-near-0.50-10.0"
@@ -65,6 +70,76 @@ def test_a_drive_whose_plans_take_too_long_is_unfinished_and_counts_by_its_cycle
     assert found["slow.contacts"] == 0
     assert found["versus.slow.cycle_ratio"] == pytest.approx(100.0)
     assert found["versus.slow.time_ratio"] is None
+
+
+def test_a_planner_in_our_place_moves_our_vehicle_with_its_noise_and_delays() -> None:
+    scene, driver = _street(), _Line()
+    planner = VehiclePeer(scene, driver, 300.0)
+    run = SceneDrive(scene, planner=planner).run()
+    assert run.time_s == pytest.approx(20.0, abs=1.0)
+    assert planner.words == {"straight": len(driver.asked)}
+    assert planner.cycles_cpu_ms == [0.5] * len(driver.asked)
+    # Where the vehicle is expected when the plan begins, not where it is: noise and lag are in it.
+    assert 0.0 < max(abs(ask.y_m) for ask in driver.asked) < 0.3
+
+
+def test_a_planner_in_our_place_without_a_plan_brakes_our_vehicle_to_a_stand() -> None:
+    scene = _street(limit_s=8.0)
+    planner = VehiclePeer(scene, _Mute(after=1), 300.0)
+    run = SceneDrive(scene, planner=planner).run()
+    assert run.time_s is None
+    assert run.trace.array()[-1, 4] == pytest.approx(0.0, abs=0.02)
+    assert planner.words["no_plan"] >= 1
+
+
+def test_a_planner_that_takes_too_long_in_our_place_is_unfinished_and_stands() -> None:
+    scene = _street(limit_s=8.0)
+    planner = VehiclePeer(scene, _Mute(after=10_000, cycle_ms=600.0), 1.0)
+    run = SceneDrive(scene, planner=planner).run()
+    assert planner.unfinished
+    assert planner.cycles_cpu_ms == [600.0, 600.0]
+    assert run.time_s is None
+
+
+def test_our_planner_under_exact_conditions_reaches_the_goal_at_the_cap() -> None:
+    scene = _street()
+    run = PeerDrive(scene, OurPlanner(scene)).run()
+    assert run.time_s == pytest.approx(40.0 / 3.0, abs=1.0)
+    assert max(row[4] for row in run.trace.rows) <= 3.01
+
+
+def test_our_planner_under_exact_conditions_lets_who_crosses_pass() -> None:
+    profile = profile_of("snow_lion")
+    scene = next(cell for cell in cells(profile.body) if cell.name == CROSSING).scene(profile, 1)
+    run = PeerDrive(scene, OurPlanner(scene)).run()
+    assert run.time_s is not None
+    assert not run.metrics.front_contacts
+
+
+def test_the_rows_of_a_plan_get_their_place_on_the_line_and_rising_times() -> None:
+    scene = _street()
+    network = RoadNetwork(scene.road_map)
+    line = route_line(network, Route((LANE_ID,), 0.0, 69.0, 69.0, 0.0))
+    corridor = corridor_of(line, network)
+    plan = np.array(
+        [(t, 10.0 + 2.0 * t, 0.2, 3.1 * k, 2.0, 0.0, 0.0) for k, t in enumerate((0.0, 0.0, 1.0, 2.0))]
+    )
+    rows = trajectory_rows(plan, corridor)
+    assert (np.diff(rows[:, 0]) > 0.0).all()
+    assert rows[:, 7] == pytest.approx(rows[:, 1], abs=0.02)
+
+
+def test_pairs_on_exact_terms_are_compared_with_ours_on_exact_terms() -> None:
+    results = [
+        _result("snow_lion", "a", time_s=20.0),
+        _result("snow_lion_exact", "a", time_s=10.0),
+        _result("other", "a", time_s=20.0),
+        _result("other_exact", "a", time_s=20.0),
+    ]
+    found = summary(results)
+    assert found["versus.other.time_ratio"] == pytest.approx(1.0)
+    assert found["versus.other_exact.time_ratio"] == pytest.approx(2.0)
+    assert "versus.snow_lion_exact.scenes" not in found
 
 
 def test_the_stop_goes_on_along_the_plan_and_straight_where_that_ends() -> None:
@@ -186,6 +261,19 @@ class _Elsewhere(_Mute):
 
     def plan(self, ask: PlanRequest) -> Plan:
         return Plan([(0.0, ask.x_m + 3.0, 0.0, 0.0, 1.0, 0.0, 0.0)] * 2, "", 0.0, 0.0, 0.0)
+
+
+class _Line(_Mute):
+    """Straight on at 2 m/s for ever; remembers what it was asked."""
+
+    def __init__(self) -> None:
+        super().__init__(10_000)
+        self.asked: list[PlanRequest] = []
+
+    def plan(self, ask: PlanRequest) -> Plan:
+        self.asked.append(ask)
+        rows = [(t, ask.x_m + 2.0 * t, ask.y_m, 0.0, 2.0, 0.0, 0.0) for t in (0.0, 2.0, 4.0)]
+        return Plan(rows, "straight", 0.5, 0.0, 0.0)
 
 
 def _street(limit_s: float = 30.0) -> Scene:
