@@ -116,6 +116,20 @@ class Installation:
             await self._process.wait()
             await asyncio.sleep(RESTART_AFTER_S)
 
+    def orphans(self) -> list[psutil.Process]:
+        """Processes that earlier servers have started, and that still run."""
+        mine = {os.getpid(), *(child.pid for child in psutil.Process().children(recursive=True))}
+        return [
+            process for process in psutil.process_iter() if process.pid not in mine and self._made(process)
+        ]
+
+    def _made(self, process: psutil.Process) -> bool:
+        try:
+            alive = process.status() != psutil.STATUS_ZOMBIE
+            return alive and process.environ().get("CAMPUSLOOP_VAR_DIR") == str(self.folder)
+        except psutil.Error:
+            return False
+
     def kill(self, number: signal.Signals = signal.SIGKILL) -> None:
         self.process.send_signal(number)
 

@@ -50,11 +50,16 @@ def main() -> None:
             print(f"{database}: {violation}")
     summary: Row = {
         name: sum(value for row in rows if isinstance(value := row[name], int))
-        for name in ("kills", "bookings", "events", "lost", "doubled", "violations", "tasks_dead")
+        for name in ("kills", "bookings", "events", "lost", "doubled", "violations", "tasks_dead", "orphans")
     }
     report.write(args.json, "kills", {"kills": args.kills, "seed": seed}, rows, summary)
-    if summary["violations"] or summary["tasks_dead"] or any(row["ended"] for row in rows):
-        sys.exit("the history breaks a rule, or the campaign ended early")
+    if (
+        summary["violations"]
+        or summary["tasks_dead"]
+        or summary["orphans"]
+        or any(row["ended"] for row in rows)
+    ):
+        sys.exit("the history breaks a rule, a killed server left processes, or the campaign ended early")
 
 
 def _row(done: Campaign, took_s: float) -> Row:
@@ -71,6 +76,7 @@ def _row(done: Campaign, took_s: float) -> Row:
         "doubled": sum(rule in ("booking_doubled", "ride_planned_twice", "event_doubled") for rule in rules),
         "violations": len(rules) + done.failures,
         "tasks_dead": len(done.sick),
+        "orphans": done.orphans,
         "slowest_s": round(done.slowest_s, 1),
         "took_s": round(took_s, 1),
         "ended": done.ended,

@@ -44,7 +44,10 @@ _STOPPED_FOR_S = (0.0, 1.0)
 
 @dataclass
 class Campaign:
-    """kills: by process and point; missed: whose point did not come; slowest_s: until bookings went on."""
+    """kills: by process and point; missed: whose point did not come; slowest_s: until bookings went on.
+
+    orphans: processes of killed servers that still run at the end
+    """
 
     database: str
     seed: int
@@ -55,6 +58,7 @@ class Campaign:
     events: int = 0
     failures: int = 0
     sick: tuple[str, ...] = ()
+    orphans: int = 0
     violations: list[Violation] = field(default_factory=list)
     ended: str = ""
 
@@ -95,6 +99,7 @@ async def kill_often(database: str, kills: int, within_s: float, seed: int, fold
         done.violations, done.events = await verdict(
             campus.installation.url, campus.riders, campus.vehicle, campus.agent
         )
+        done.orphans = len(campus.installation.orphans())
         done.bookings, done.failures = len(campus.riders.acknowledged), len(campus.riders.failures)
     return done
 

@@ -7,6 +7,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from campusloop.campaigns.campaign import Campaign, Handle, WorkerLost
+from server.supervision.parent_end import end_with_parent
 
 # A job during which this many workers in a row were lost will end the next one too.
 LOST_MAX = 3
@@ -53,4 +54,12 @@ class LocalCampaign(Campaign):
 
     def _new_pool(self) -> ProcessPoolExecutor:
         # A fork would copy the threads' locks of the parent.
-        return ProcessPoolExecutor(self.size, mp_context=get_context("spawn"), initializer=self._prepare)
+        return ProcessPoolExecutor(
+            self.size, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._prepare,)
+        )
+
+
+def _begin(prepare: Callable[[], None] | None) -> None:
+    end_with_parent()
+    if prepare is not None:
+        prepare()

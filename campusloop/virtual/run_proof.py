@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from contract.runlog.reader import RunLogError
+from server.supervision.parent_end import end_with_parent
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.choice import build_car
 
@@ -35,7 +36,9 @@ class RunProof:
         self._folder = folder
         # A fork would copy the running campus.
         spawning = multiprocessing.get_context("spawn")
-        self._pool = ProcessPoolExecutor(os.cpu_count() or 1, mp_context=spawning)
+        self._pool = ProcessPoolExecutor(
+            os.cpu_count() or 1, mp_context=spawning, initializer=end_with_parent
+        )
         self._begun: dict[Path, Future[Proof]] = {}
 
     def __enter__(self) -> "RunProof":

@@ -11,6 +11,7 @@ from multiprocessing import get_context
 from server.dispatch.problem import Problem
 from server.dispatch.solve import Budget, Solution, solve
 from server.dispatch.warm import warm_kernels
+from server.supervision.parent_end import end_with_parent
 
 
 class InlineSolver:
@@ -54,6 +55,7 @@ def _new_pool(begins: Callable[[], None] | None) -> ProcessPoolExecutor:
 
 def _begin(begins: Callable[[], None] | None) -> None:
     """Lower the priority: bookings and vehicles come first."""
+    end_with_parent()
     if begins is not None:
         begins()
     if hasattr(os, "nice"):
