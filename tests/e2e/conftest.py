@@ -41,19 +41,24 @@ def shuttle(server: ServerProcess) -> ScriptedShuttle:
 def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
     """open_page(path, **context options): a page that may say nothing on the browser's console.
 
-    Answers to deliberate mistakes are logged by the browser as failed loads; `allowed` names their statuses.
+    Answers to deliberate mistakes are logged by the browser as failed loads; `allowed` names their statuses, and
+    `goes_offline` says that requests without a connection are meant.
     """
     contexts = []
     complaints: list[str] = []
 
-    def opened(path: str, allowed: tuple[int, ...] = (), **options: Any) -> Page:
+    def opened(
+        path: str, allowed: tuple[int, ...] = (), *, goes_offline: bool = False, **options: Any
+    ) -> Page:
         context = browser.new_context(**({"locale": "en-GB"} | DESKTOP | options))
         context.set_default_timeout(WITHIN_MS)
         contexts.append(context)
         page = context.new_page()
 
         def heard(kind: str, text: str) -> None:
-            if kind in ("error", "warning") and not any(f"status of {code}" in text for code in allowed):
+            is_meant = any(f"status of {code}" in text for code in allowed)
+            is_meant = is_meant or (goes_offline and "ERR_INTERNET_DISCONNECTED" in text)
+            if kind in ("error", "warning") and not is_meant:
                 complaints.append(text)
 
         page.on("console", lambda message: heard(message.type, message.text))

@@ -45,6 +45,19 @@ def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
     expect(panel.locator(".chip").first).not_to_have_text("Held")
 
 
+def test_what_was_true_is_not_shown_as_live(console: Page) -> None:
+    row = console.locator(".row", has_text="Shuttle 1")
+    expect(row).to_contain_text("km/h")
+    console.context.set_offline(True)
+    expect(console.locator(".live[data-stale]")).to_be_visible()
+    expect(row).to_contain_text("Unknown")
+    expect(row).not_to_contain_text("km/h")
+    expect(console.get_by_text("what you see was true then")).to_be_visible()
+    console.context.set_offline(False)
+    expect(console.locator(".live[data-stale]")).to_have_count(0)
+    expect(row).to_contain_text("km/h")
+
+
 def test_a_recall_says_whom_it_leaves_behind_before_it_is_done(console: Page, open_page: OpenPage) -> None:
     phone = open_page("/", **PHONE)
     code = book(phone, "Main Library", "Gymnasium")

@@ -142,6 +142,99 @@ def test_a_lost_connection_is_said_and_mended(open_page: OpenPage, shuttle: Scri
     cancel(page)
 
 
+def test_a_cancel_without_a_connection_is_kept_and_delivered_later(open_page: OpenPage) -> None:
+    page = open_page("/", goes_offline=True, **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    title = page.locator("h1")
+    expect(title).to_contain_text("Shuttle 1")
+    page.context.set_offline(True)
+    page.get_by_role("button", name="Cancel the ride").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel the ride").click()
+    expect(page.get_by_text("Not cancelled yet")).to_be_visible()
+    expect(title).to_contain_text("Shuttle 1")
+    page.context.set_offline(False)
+    expect(page.get_by_role("heading", name="Ride cancelled")).to_be_visible()
+    expect(page.get_by_text("Not cancelled yet")).to_have_count(0)
+
+
+def test_a_kept_cancel_is_delivered_by_the_next_visit(open_page: OpenPage) -> None:
+    page = open_page("/", goes_offline=True, **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    link = page.url
+    page.context.set_offline(True)
+    page.get_by_role("button", name="Cancel the ride").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel the ride").click()
+    expect(page.get_by_text("Not cancelled yet")).to_be_visible()
+    later = page.context.new_page()
+    page.close()
+    later.context.set_offline(False)
+    later.goto(link.split("#", maxsplit=1)[0])
+    expect(later.get_by_role("heading", name="Where to?")).to_be_visible()
+    later.wait_for_function("Object.keys(localStorage).every((name) => !name.includes('cancel'))")
+    later.goto(link)
+    later.reload()
+    expect(later.get_by_role("heading", name="Ride cancelled")).to_be_visible()
+
+
+def test_who_thinks_better_of_a_kept_cancel_keeps_the_ride(open_page: OpenPage) -> None:
+    page = open_page("/", goes_offline=True, **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    page.context.set_offline(True)
+    page.get_by_role("button", name="Cancel the ride").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel the ride").click()
+    page.get_by_role("button", name="Keep it").click()
+    page.context.set_offline(False)
+    expect(page.locator("[data-stale]")).to_have_count(0)
+    page.reload()
+    expect(page.locator("[data-ride-code]")).to_be_visible()
+    cancel(page)
+
+
+def test_nothing_counts_down_without_news(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    expect(page.locator("h1")).to_contain_text(re.compile("arrives in"))
+    page.context.set_offline(True)
+    expect(page.locator("h1")).to_contain_text(re.compile(r"comes at \d\d:\d\d"))
+    page.context.set_offline(False)
+    expect(page.locator("h1")).to_contain_text(re.compile("arrives in"))
+    cancel(page)
+
+
+def test_a_held_shuttle_promises_no_time(
+    open_page: OpenPage, server: ServerProcess, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    book(page, "Main Library", "Gymnasium")
+    expect(page.locator("h1")).to_contain_text(re.compile("arrives in"))
+    server.change("POST", "/vehicles/shuttle-1/hold")
+    expect(page.get_by_text("The operators hold the shuttle")).to_be_visible()
+    expect(page.locator("h1")).to_have_text("Shuttle 1 has stopped")
+    server.change("POST", "/vehicles/shuttle-1/resume")
+    expect(page.locator("h1")).to_contain_text(re.compile("arrives in"))
+    cancel(page)
+
+
+def test_booking_does_not_wait_for_the_map(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    # Neither answered nor refused.
+    page.route("**/api/v1/campus/map", lambda _route: None)
+    page.reload()
+    book(page, "Main Library", "Gymnasium")
+    expect(page.get_by_text("The map is coming")).to_be_visible()
+    cancel(page)
+
+
+def test_a_map_that_does_not_come_is_said_and_fetched_again(open_page: OpenPage) -> None:
+    page = open_page("/", allowed=(503,), **PHONE)
+    page.route("**/api/v1/campus/map", lambda route: route.fulfill(status=503, json={}))
+    page.reload()
+    expect(page.get_by_text("The map did not come")).to_be_visible()
+    page.unroute("**/api/v1/campus/map")
+    page.get_by_role("button", name="Try again").click()
+    expect(page.locator("canvas")).to_be_visible()
+
+
 def test_an_unknown_link_is_explained(open_page: OpenPage) -> None:
     page = open_page("/#ride=AAAAAAAAAAAAAAAAAAAAAAAA", allowed=(404,))
     expect(page.get_by_role("alert")).to_contain_text("There is no ride with this code or link")

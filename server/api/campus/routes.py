@@ -3,7 +3,7 @@
 from functools import lru_cache
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Header, Request, Response
 
 from contract.roads.network import RoadNetwork
 from server.api.campus.schemas import (
@@ -14,6 +14,7 @@ from server.api.campus.schemas import (
     map_geometry,
     stop_view,
 )
+from server.api.content_coding import CodedBody, coded_body
 from server.api.paging import ListLimit, Page, paged
 from server.api.problems import problems
 from server.api.services import InjectedServices
@@ -53,24 +54,28 @@ async def list_stops(services: InjectedServices, page: Page, limit: ListLimit = 
     responses=problems(CampusUnknown) | {304: {"description": "The map is the one in If-None-Match."}},
 )
 async def get_campus_map(
-    services: InjectedServices, if_none_match: Annotated[str | None, Header(max_length=200)] = None
+    services: InjectedServices,
+    request: Request,
+    if_none_match: Annotated[str | None, Header(max_length=200)] = None,
 ) -> Response:
     """Lanes, buildings and stops as compact arrays, with the map version as ETag."""
 
-    def work(uow: UnitOfWork) -> tuple[str, bytes | None]:
+    def work(uow: UnitOfWork) -> tuple[str, CodedBody | None]:
         network = uow.network()
         etag = f'"{network.map_version}"'
-        is_known = if_none_match is not None and etag in if_none_match
+        # Of the plain body or of a coded one: either means that the page has the map.
+        is_known = if_none_match is not None and f'"{network.map_version}' in if_none_match
         return etag, None if is_known else _encoded_map(network)
 
     etag, encoded = await services.transactions.read(work)
-    headers = {"ETag": etag, "Cache-Control": "no-cache"}
+    headers = {"Cache-Control": "no-cache"}
     if encoded is None:
-        return Response(status_code=304, headers=headers)
-    return Response(encoded, media_type="application/json", headers=headers)
+        return Response(status_code=304, headers=headers | {"ETag": etag, "Vary": "Accept-Encoding"})
+    accepted = request.headers.get("accept-encoding", "")
+    return encoded.response(accepted, "application/json", etag, headers)
 
 
 @lru_cache(maxsize=MAPS_KEPT)
-def _encoded_map(network: RoadNetwork) -> bytes:
+def _encoded_map(network: RoadNetwork) -> CodedBody:
     """Made once for each map: it has some hundred kilobytes, and every page asks for it."""
-    return map_geometry(network, campus.stops_of(network)).model_dump_json().encode()
+    return coded_body(map_geometry(network, campus.stops_of(network)).model_dump_json().encode())

@@ -26,17 +26,47 @@ def fetch(server: ServerUnderTest, path: str, method: str = "GET", **options: ob
     return server.run(server.client.request(method, path, **options))  # type: ignore[arg-type]
 
 
-def test_both_applications_get_their_shell_for_every_route(dist: Path) -> None:
+def test_both_applications_have_their_shell_and_any_other_path_is_no_page(dist: Path) -> None:
     server = ServerUnderTest(dist)
-    for path, text in {
-        "/": "<p>passenger",
-        "/ride/abc": "<p>passenger",
-        "/console": "<p>console",
-        "/console/runs/7": "<p>console",
-    }.items():
+    for path, text in {"/": "<p>passenger", "/console": "<p>console", "/console/": "<p>console"}.items():
         answer = fetch(server, path)
         assert (answer.status_code, answer.text) == (200, text)
         assert answer.headers["cache-control"] == REVALIDATE
+    for path in ("/docs", "/ride/abc", "/console/runs/7", "/favicon.ico"):
+        answer = fetch(server, path)
+        assert answer.status_code == 404
+        assert "There is no page at this address" in answer.text
+    server.close()
+
+
+def test_pages_are_sent_in_the_best_coding_that_the_browser_takes(dist: Path) -> None:
+    script = b"let a = 'many words, many words, many words';" * 100
+    (dist / "dist" / "assets" / "app-8f3e21ab.js").write_bytes(script)
+    (dist / "dist" / "assets" / "app-8f3e21ab.js.br").write_bytes(b"as brotli")
+    server = ServerUnderTest(dist)
+
+    def coding(accepted: str) -> str:
+        answer = server.run(
+            server.client.send(
+                server.client.build_request(
+                    "GET", "/assets/app-8f3e21ab.js", headers={"Accept-Encoding": accepted}
+                ),
+                stream=True,
+            )
+        )
+        assert answer.headers["vary"] == "Accept-Encoding"
+        return answer.headers.get("content-encoding", "plain")
+
+    assert coding("gzip, deflate, br, zstd") == "br"
+    assert coding("gzip, br;q=0") == "gzip"
+    assert coding("*;q=0.5") == "br"
+    assert coding("identity") == "plain"
+    assert coding("gzip;q=nonsense") == "plain"
+    assert fetch(server, "/assets/app-8f3e21ab.js", headers={"Accept-Encoding": "gzip"}).content == script
+    assert fetch(server, "/assets/app-8f3e21ab.js.br").status_code == 404
+    tagged = fetch(server, "/assets/app-8f3e21ab.js", headers={"Accept-Encoding": "gzip"}).headers["etag"]
+    assert tagged.endswith('-gzip"')
+    assert fetch(server, "/assets/app-8f3e21ab.js", headers={"If-None-Match": tagged}).status_code == 304
     server.close()
 
 

@@ -1,8 +1,9 @@
-import { signal } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import type { Schemas } from "../shared/api/client";
 import { api, resultOf } from "../shared/api/client";
 import type { Problem } from "../shared/api/problem";
 import { problemFrom } from "../shared/api/problem";
+import { monotonic_ms } from "../shared/live/clock";
 import { LiveLink } from "../shared/live/live_link";
 import { askSecondFactor } from "./account/second_factor_question";
 
@@ -15,6 +16,21 @@ const SIGNED_IN = "campusloop.signed_in";
 export const session = signal<Session | null | undefined>(undefined);
 export const sessionProblem = signal<Problem | null>(null);
 export const link = signal<LiveLink | null>(null);
+
+/** The server sends something every 5 s; what is older than this is shown as the past. */
+const STALE_S = 7;
+
+/** How old the newest message is, in whole seconds; 0 before the first one. */
+export const age_s = computed(() => {
+  const last_message_ms = link.value?.last_message_ms.value ?? null;
+  if (last_message_ms === null) return 0;
+  return Math.max(0, Math.round((monotonic_ms.value - last_message_ms) / 1000));
+});
+
+/** Nothing on the page is known to be true any more. */
+export const is_stale = computed(
+  () => link.value !== null && (link.value.state.value === "lost" || age_s.value > STALE_S),
+);
 
 /** Requests as they were before they were sent: one that needs the second factor is sent again. */
 const changes = new Map<string, Request>();

@@ -4,7 +4,7 @@ import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { PAGES, fragmentOf } from "./address";
 import { address } from "./navigation";
-import { link, may, session, signOut } from "./session";
+import { age_s, is_stale, link, may, session, signOut } from "./session";
 import { texts } from "./texts/texts";
 import { formatTimeWithSeconds, now_ms } from "./texts/times";
 
@@ -56,19 +56,15 @@ function CampusClock() {
 function ConnectionStatus() {
   const t = texts.value;
   const state = link.value?.state.value ?? "connecting";
-  const last_message_ms = link.value?.last_message_ms.value ?? null;
-  const age_s =
-    last_message_ms === null
-      ? 0
-      : Math.max(0, Math.round((monotonic_ms.value - last_message_ms) / 1000));
+  const shown = is_stale.value && state === "open" ? "lost" : state;
   const text = {
     open: t.link_open,
     connecting: t.link_connecting,
-    lost: t.link_lost(age_s),
+    lost: t.link_lost(age_s.value),
     refused: t.link_refused,
-  }[state];
+  }[shown];
   return (
-    <span class={`connection ${state}`} role="status">
+    <span class={`connection ${shown}`} role="status">
       {text}
     </span>
   );

@@ -1,12 +1,12 @@
 import { useSignalEffect } from "@preact/signals";
-import type { Campus } from "../shared/campus/campus";
-import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
+import type { Campus } from "./campus/campus";
+import { campus, campusProblem, loadCampus } from "./campus/campus";
 import { Loading, ProblemAlert } from "../shared/ui/alerts";
 import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { BookingPanel } from "./booking/booking_panel";
 import { address } from "./navigation";
-import { PassengerMap } from "./passenger_map";
+import { MapArea } from "./map/map_area";
 import { HelpButton, HelpReceipt } from "./ride/help_call";
 import { RideLookupPanel } from "./ride/ride_lookup_panel";
 import { RidePanel } from "./ride/ride_panel";
@@ -28,7 +28,7 @@ export function App() {
     if (ride?.progress.value?.ended === true) removeRideToken(ride.token);
   });
   useSignalEffect(() => {
-    const drawn = campus.peek()?.geometry.map_version;
+    const drawn = campus.peek()?.view.map_version;
     const needed = trackedRide.value?.link.scene.value?.map_version;
     if (drawn !== undefined && needed !== undefined && needed !== drawn) void loadCampus();
   });
@@ -61,7 +61,7 @@ function Page({ campus }: { readonly campus: Campus }) {
   const shown = address.value;
   return (
     <div class={`page view-${shown.view}`}>
-      <PassengerMap campus={campus} />
+      <MapArea campus={campus} />
       <div class="panel" id="panel" tabIndex={-1}>
         {ride !== null && <HelpReceipt ride={ride} timezone={campus.view.timezone} />}
         {ride !== null ? (

@@ -1,9 +1,11 @@
 import { render } from "preact";
-import { loadCampus } from "../shared/campus/campus";
+import { loadCampus } from "./campus/campus";
 import "../shared/ui/theme.css";
 import "../shared/ui/controls.css";
 import "./passenger.css";
 import { App } from "./app";
+import { deliverKeptCancels } from "./ride/ride_tracker";
 
 void loadCampus();
+deliverKeptCancels();
 render(<App />, document.getElementById("app")!);

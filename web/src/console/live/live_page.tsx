@@ -7,7 +7,7 @@ import { Alert, Loading } from "../../shared/ui/alerts";
 import { IncidentList } from "../incidents/incident_list";
 import { SceneMap } from "../map/scene_map";
 import { address, goTo } from "../navigation";
-import { link } from "../session";
+import { age_s, is_stale, link } from "../session";
 import { closures } from "../store/closures";
 import { incidents } from "../store/incidents";
 import { texts } from "../texts/texts";
@@ -23,7 +23,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
     void closures.refresh();
   }, []);
   return (
-    <div class="live">
+    <div class={is_stale.value ? "live stale" : "live"} data-stale={is_stale.value || undefined}>
       <SceneMap
         campus={campus}
         scene={scene.value}
@@ -34,6 +34,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
         onSelect={(vehicle_id) => goTo("live", vehicle_id)}
       />
       <aside class="side">
+        {is_stale.value && <Alert tone="warning">{texts.value.not_live(age_s.value)}</Alert>}
         {scene.value === null ? (
           <MissingScene />
         ) : (

@@ -1,5 +1,6 @@
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { goTo } from "../navigation";
+import { is_stale } from "../session";
 import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "../vehicles/condition_chip";
@@ -36,13 +37,15 @@ function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
     <button type="button" class="row" onClick={() => goTo("live", vehicle.vehicle_id)}>
       <span class="row-head">
         <strong>{facts.name}</strong>
-        <ConditionChip vehicle={vehicle} />
+        <ConditionChip vehicle={vehicle} stale={is_stale.value} />
       </span>
       <span class="row-facts">
         {!facts.in_service && <span>{t.out_of_service}</span>}
-        <span>{t.kmh(((status?.speed_mps ?? 0) * 3.6).toFixed(0))}</span>
+        {status !== null && !is_stale.value && (
+          <span>{t.kmh((status.speed_mps * 3.6).toFixed(0))}</span>
+        )}
         <span>{t.seats_taken(task.people_aboard, facts.seats)}</span>
-        <span>{((status?.battery_ratio ?? 0) * 100).toFixed(0)} %</span>
+        {status !== null && <span>{(status.battery_ratio * 100).toFixed(0)} %</span>}
         {task.next_stop !== "" && <span>→ {stopName(task.next_stop)}</span>}
       </span>
     </button>

@@ -27,6 +27,9 @@ const conditions: Record<Condition, string> = {
 };
 
 export const en = {
+  condition_unknown: "Unknown",
+  not_live: (seconds: number) =>
+    `Nothing heard for ${seconds} s: what you see was true then, and may not be any more.`,
   title: "Campusloop console",
   loading: "Loading…",
   try_again: "Try again",

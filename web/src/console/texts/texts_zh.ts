@@ -35,6 +35,8 @@ export const zh: ConsoleTexts = {
   no_vehicles: "尚未登记车辆。",
   enrol_first: "登记第一辆车",
   all_vehicles: "所有车辆",
+  condition_unknown: "未知",
+  not_live: (seconds) => `已 ${seconds} 秒未收到消息：所显示的是当时的情况，现在可能已改变。`,
   conditions: {
     offline: "失去连接",
     fault: "故障",

@@ -1,6 +1,6 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { ProblemAlert } from "../../shared/ui/alerts";
@@ -38,7 +38,7 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
             ? texts.value.choose_pickup
             : texts.value.choose_destination
         }
-        stops={campus.geometry.stops}
+        stops={campus.stops}
         pickup={pickup.value}
         destination={destination.value}
         onChoose={(stop_id) => {
@@ -175,7 +175,7 @@ async function submitSeries(): Promise<Problem | null> {
 
 function StopFields({ campus, onPick }: BookingFormProps) {
   const t = texts.value;
-  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
+  const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
   return (
     <div class="stop-fields card">
       <button type="button" class="stop-field" onClick={() => onPick("pickup")}>

@@ -1,4 +1,4 @@
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { language } from "../../shared/texts/language";
 import { formatTime, formatTimeOrDateTime } from "../../shared/texts/times";
 import { Alert } from "../../shared/ui/alerts";

@@ -1,5 +1,5 @@
 import { batch } from "@preact/signals";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { formatTimeOrDateTime, toLocalInput } from "../../shared/texts/times";
@@ -46,7 +46,7 @@ function alternativeText(alternative: Alternative, campus: Campus): string {
       formatTimeOrDateTime(Date.parse(time), Date.now(), language.value, campus.view.timezone),
     )
     .join(t.and);
-  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
+  const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
   if (alternative.kind === "later") return t.alternative_later(at);
   if (alternative.kind === "split_party")
     return t.alternative_split(String(alternative.parties[0]), String(alternative.parties[1]), at);

@@ -1,6 +1,6 @@
 import { useSignal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { StopPicker } from "../booking/stop_picker";
 import { texts } from "../texts/texts";
@@ -25,7 +25,7 @@ export function DestinationChange({ ride, ticket, campus, onDone }: DestinationC
     busy.value = false;
     if (problem.value === null) onDone();
   };
-  const choices = campus.geometry.stops.filter(
+  const choices = campus.stops.filter(
     (stop) => ticket.state === "aboard" || stop.stop_id !== ticket.from_stop,
   );
   return (

@@ -3,7 +3,6 @@ import type { Problem } from "../../shared/api/problem";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
 import { texts } from "../texts/texts";
-import { removeRideToken } from "../token_storage";
 import type { RideProgress } from "./ride_progress";
 import type { RideTracker } from "./ride_tracker";
 
@@ -42,13 +41,15 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
         />
       )}
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      {ride.pending_cancel.is_waiting.value && <WaitingCancel ride={ride} />}
       <div class="secondary-actions">
         {progress.can_change_destination && (
           <button type="button" class="button" onClick={onChangeDestination}>
             {t.change_destination}
           </button>
         )}
-        {(progress.can_cancel || progress.can_get_off) && (
+        {(progress.can_get_off ||
+          (progress.can_cancel && !ride.pending_cancel.is_waiting.value)) && (
           <button
             type="button"
             class="button danger"
@@ -73,11 +74,22 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
           }}
           onYes={() => {
             confirming.value = false;
-            if (!progress.can_get_off) removeRideToken(ride.token);
-            run(ride.cancel());
+            run(progress.can_get_off ? ride.getOff() : ride.pending_cancel.ask());
           }}
         />
       )}
+    </div>
+  );
+}
+
+function WaitingCancel({ ride }: { readonly ride: RideTracker }) {
+  const t = texts.value;
+  return (
+    <div class="alert warning" role="status">
+      <p>{t.cancel_waits}</p>
+      <button type="button" class="button small" onClick={() => ride.pending_cancel.withdraw()}>
+        {t.cancel_no}
+      </button>
     </div>
   );
 }

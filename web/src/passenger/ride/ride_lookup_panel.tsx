@@ -3,7 +3,7 @@ import { useEffect, useId } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
@@ -95,7 +95,7 @@ function RideLookupResult({ code, campus }: RideLookupPanelProps) {
   if (problem.value !== null) return <ProblemAlert problem={problem.value} />;
   if (ride.value === null) return <p role="status">{t.finding}</p>;
   const progress = rideProgress(ride.value, null, null);
-  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
+  const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
   const vehicle = ride.value.vehicle_id ?? t.shuttle;
   return (
     <>

@@ -1,5 +1,5 @@
 import { useSignal } from "@preact/signals";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { monotonic_ms } from "../../shared/live/clock";
 import { language } from "../../shared/texts/language";
@@ -45,17 +45,17 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
   return (
     <section class="ride">
       <p class="visually-hidden" role="status">
-        {titleText(progress.phase, vehicleName(ride, ticket))}
+        {titleText(progress.phase, vehicleName(ride))}
       </p>
-      <h1>{titleWithTime(ride, ticket, progress, campus.view.timezone)}</h1>
+      <h1>{titleWithTime(ride, progress, campus.view.timezone)}</h1>
       <RideDetails ride={ride} ticket={ticket} progress={progress} />
       <ConnectionAlert ride={ride} progress={progress} />
       {ticket.promise !== null && (
         <TicketCard
           ticket={ticket}
-          vehicle={vehicleName(ride, ticket)}
-          from={stopNameById(campus.geometry.stops, ticket.from_stop, language.value)}
-          to={stopNameById(campus.geometry.stops, ticket.to_stop, language.value)}
+          vehicle={vehicleName(ride)}
+          from={stopNameById(campus.stops, ticket.from_stop, language.value)}
+          to={stopNameById(campus.stops, ticket.to_stop, language.value)}
           view={campus.view}
           ended={progress.ended}
         />

@@ -1,4 +1,5 @@
 import { monotonic_ms } from "../../shared/live/clock";
+import type { Condition } from "../../shared/scene/condition";
 import { conditionOf } from "../../shared/scene/condition";
 import { language } from "../../shared/texts/language";
 import { formatTimeOrDateTime } from "../../shared/texts/times";
@@ -7,8 +8,9 @@ import type { RidePhase, RideProgress } from "./ride_progress";
 import { minutesUntil } from "./ride_progress";
 import type { RideTracker, Ticket } from "./ride_tracker";
 
-export function vehicleName(ride: RideTracker, ticket: Ticket): string {
-  return ride.vehicle.value?.facts.name ?? ticket.vehicle_id ?? texts.value.shuttle;
+/** The shuttle's name. Before it is known, "Shuttle": its id is nothing to people. */
+export function vehicleName(ride: RideTracker): string {
+  return ride.vehicle.value?.facts.name ?? texts.value.shuttle;
 }
 
 /** The title without times. A screen reader announces it, so it changes only when the phase does. */
@@ -20,17 +22,19 @@ export function titleText(phase: RidePhase, vehicle: string): string {
 /** The title with its time, which changes every minute. */
 export function titleWithTime(
   ride: RideTracker,
-  ticket: Ticket,
   { phase, eta_ms }: RideProgress,
   timezone: string,
 ): string {
   const t = texts.value;
-  const name = vehicleName(ride, ticket);
-  if (eta_ms === null || (phase !== "approaching" && phase !== "aboard"))
-    return titleText(phase, name);
+  const name = vehicleName(ride);
+  if (phase !== "approaching" && phase !== "aboard") return titleText(phase, name);
+  const stopped = stoppedTitle(ride, name);
+  if (stopped !== null) return stopped;
+  if (eta_ms === null) return titleText(phase, name);
   const now_ms = monotonic_ms.value > 0 ? (ride.link.now_ms() ?? Date.now()) : Date.now();
   const minutes = minutesUntil(eta_ms, now_ms);
-  if (minutes >= 60) {
+  // Without news a time may stand there, but nothing counts down.
+  if (minutes >= 60 || ride.link.state.value !== "open") {
     const time = formatTimeOrDateTime(eta_ms, now_ms, language.value, timezone);
     return phase === "approaching" ? t.approaching_at(name, time) : t.aboard_at(time);
   }
@@ -62,6 +66,17 @@ export function detailText(ticket: Ticket, { phase }: RideProgress): string {
   }
 }
 
+/** Of a shuttle that stands, or is out of reach, for a reason that no expected time knows of; else null. */
+function stoppedTitle(ride: RideTracker, name: string): string | null {
+  const vehicle = ride.vehicle.value;
+  if (vehicle === null) return null;
+  const condition = conditionOf(vehicle);
+  if (condition === "offline") return texts.value.unreachable(name);
+  return STOPPED.has(condition) ? texts.value.stopped(name) : null;
+}
+
+const STOPPED: ReadonlySet<Condition> = new Set(["held", "manual", "fault", "minimal_risk"]);
+
 /** Why the shuttle stands, when the passenger cannot know it. */
 export function delayText(ride: RideTracker, { phase }: RideProgress): string {
   const vehicle = ride.vehicle.value;
@@ -71,10 +86,12 @@ export function delayText(ride: RideTracker, { phase }: RideProgress): string {
     case "offline":
       return t.vehicle_offline;
     case "held":
+      return t.vehicle_held;
     case "manual":
+      return t.vehicle_manual;
     case "fault":
     case "minimal_risk":
-      return t.vehicle_held;
+      return t.vehicle_stopped;
     default:
       return "";
   }

@@ -3,6 +3,8 @@ import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
 import { LiveLink } from "../../shared/live/live_link";
+import { idempotencyKey } from "../booking/ride_request";
+import { deliverKept, PendingCancel } from "./pending_cancel";
 import { rideProgress } from "./ride_progress";
 
 export type Ticket = Schemas["RideTicket"];
@@ -19,6 +21,7 @@ export class RideTracker {
   readonly tap = signal<TapState>("none");
   readonly help_at = signal<string | null>(null);
   readonly link: LiveLink;
+  readonly pending_cancel: PendingCancel;
 
   readonly live = computed(() => this.link.scene.value?.rides[0] ?? null);
   readonly vehicle = computed(() => this.link.scene.value?.vehicles[0] ?? null);
@@ -34,6 +37,7 @@ export class RideTracker {
 
   constructor(readonly token: string) {
     this.link = new LiveLink(token);
+    this.pending_cancel = new PendingCancel(token, (key) => this.cancel(key));
     this.help_at.value = sessionStorage.getItem(this.helpKey());
     void this.load();
     this.stopEffect = effect(() => this.reloadOnChange());
@@ -43,6 +47,7 @@ export class RideTracker {
     this.closed = true;
     this.stopEffect();
     this.link.close();
+    this.pending_cancel.close();
   }
 
   async load(): Promise<void> {
@@ -57,10 +62,13 @@ export class RideTracker {
     if (may_recover) window.setTimeout(() => this.closed || void this.load(), RETRY_MS);
   }
 
-  async cancel(): Promise<Problem | null> {
-    const result = await resultOf(
-      api.POST("/api/v1/rides/{token}/cancel", { params: { path: { token: this.token } } }),
-    );
+  /** Gets off early. A cancellation goes through `pending_cancel`, which keeps it until it has arrived. */
+  async getOff(): Promise<Problem | null> {
+    return this.cancel(idempotencyKey());
+  }
+
+  private async cancel(key: string): Promise<Problem | null> {
+    const result = await cancelRide(this.token, key);
     if (!result.ok) return result.problem;
     this.request_number += 1;
     this.accept(result);
@@ -147,6 +155,19 @@ export class RideTracker {
   private helpKey(): string {
     return `campusloop.help.${this.token}`;
   }
+}
+
+function cancelRide(token: string, key: string): Promise<Result<Ticket>> {
+  const params = { path: { token }, header: { "idempotency-key": key } };
+  return resultOf(api.POST("/api/v1/rides/{token}/cancel", { params }));
+}
+
+/** Cancellations that an earlier visit of this page could not deliver. */
+export function deliverKeptCancels(): void {
+  deliverKept(async (token, key) => {
+    const result = await cancelRide(token, key);
+    return result.ok ? null : result.problem;
+  });
 }
 
 /** The ride in the address, or null; the app sets it when the address changes. */

@@ -1,5 +1,5 @@
 import type { Schemas } from "../../shared/api/client";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { formatDate, weekdayName } from "../../shared/texts/times";
@@ -15,7 +15,7 @@ interface SeriesCardProps {
 
 export function SeriesCard({ ticket, campus }: SeriesCardProps) {
   const t = texts.value;
-  const name = (stop_id: string) => stopNameById(campus.geometry.stops, stop_id, language.value);
+  const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
   const weekdays = ticket.weekdays.map((day) => weekdayName(day, language.value, "short"));
   return (
     <article class={`ticket card ${ticket.state === "active" ? "" : "ended"}`}>

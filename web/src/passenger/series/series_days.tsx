@@ -2,7 +2,7 @@ import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Result } from "../../shared/api/problem";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { hasEnded } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { formatDate, formatTime, isoDate } from "../../shared/texts/times";

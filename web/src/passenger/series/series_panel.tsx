@@ -2,7 +2,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
 import { goTo } from "../navigation";

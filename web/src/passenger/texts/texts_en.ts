@@ -1,6 +1,8 @@
 export const en = {
   title: "Campus shuttle",
   skip_to_panel: "Skip the map",
+  loading_map: "The map is coming",
+  map_failed: "The map did not come. Booking works without it.",
   loading_campus: "Loading the campus map…",
   try_again: "Try again",
   map: "Map of the campus. Tap a stop to choose it; arrow keys move, plus and minus zoom.",
@@ -102,6 +104,8 @@ export const en = {
   approaching: (name: string) => `${name} is on its way`,
   approaching_in: (name: string, minutes: string) => `${name} arrives ${minutes}`,
   approaching_at: (name: string, time: string) => `${name} comes at ${time}`,
+  stopped: (name: string) => `${name} has stopped`,
+  unreachable: (name: string) => `${name} is out of reach`,
   at_pickup: (name: string) => `${name} is at your stop`,
   at_pickup_detail: "Get in, then type the boarding code or tap “I’m on board”.",
   aboard: "You are on your way",
@@ -131,8 +135,10 @@ export const en = {
   in_minutes: (minutes: number) => (minutes === 1 ? "in 1 minute" : `in ${minutes} minutes`),
   under_a_minute: "in less than a minute",
 
-  vehicle_held:
-    "The shuttle has been stopped by the operators and will go on when they release it.",
+  vehicle_held: "The operators hold the shuttle. It goes on when they release it.",
+  vehicle_manual: "Somebody drives the shuttle by hand at the moment.",
+  vehicle_stopped:
+    "The shuttle has stopped by itself. The operators are told; until they have looked at it, nobody knows when it goes on.",
   vehicle_offline: "The shuttle is out of reach at the moment; its position may be old.",
 
   tap_on_board: "I’m on board",
@@ -147,6 +153,8 @@ export const en = {
   cancel_text: "Your seats go to others. You can book again at any time.",
   cancel_yes: "Cancel the ride",
   cancel_no: "Keep it",
+  cancel_waits:
+    "Not cancelled yet: there is no connection. This phone cancels the ride as soon as there is one.",
   change_destination: "Change destination",
   changing_destination: "Asking for the new way…",
   get_off: "Get off at the next stop",

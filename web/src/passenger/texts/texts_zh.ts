@@ -3,6 +3,8 @@ import type { PassengerTexts } from "./texts_en";
 export const zh: PassengerTexts = {
   title: "校园班车",
   skip_to_panel: "跳过地图",
+  loading_map: "地图加载中",
+  map_failed: "地图未能加载，不影响预订。",
   loading_campus: "正在加载校园地图…",
   try_again: "重试",
   map: "校园地图。点按站点即可选择；方向键移动，加号和减号缩放。",
@@ -103,6 +105,8 @@ export const zh: PassengerTexts = {
   approaching: (name) => `${name} 正在前来`,
   approaching_in: (name, minutes) => `${name} ${minutes}到达`,
   approaching_at: (name, time) => `${name} 将于 ${time} 到达`,
+  stopped: (name) => `${name} 已停车`,
+  unreachable: (name) => `暂时联系不到 ${name}`,
   at_pickup: (name) => `${name} 已到站`,
   at_pickup_detail: "请上车，然后输入上车码，或点按“我已上车”。",
   aboard: "正在前往目的地",
@@ -130,7 +134,9 @@ export const zh: PassengerTexts = {
   in_minutes: (minutes) => `约 ${minutes} 分钟后`,
   under_a_minute: "不到 1 分钟后",
 
-  vehicle_held: "车辆已被调度员暂停，放行后继续行驶。",
+  vehicle_held: "调度员暂停了车辆，放行后继续行驶。",
+  vehicle_manual: "车辆目前由人工驾驶。",
+  vehicle_stopped: "车辆已自行停车，调度员已收到通知；在检查之前，无法确定何时继续行驶。",
   vehicle_offline: "暂时联系不到车辆，显示的位置可能不是最新。",
 
   tap_on_board: "我已上车",
@@ -145,6 +151,7 @@ export const zh: PassengerTexts = {
   cancel_text: "座位将让给其他乘客。您可以随时重新预约。",
   cancel_yes: "取消行程",
   cancel_no: "保留",
+  cancel_waits: "尚未取消：目前没有网络连接。连接恢复后，手机会立即取消此行程。",
   change_destination: "更改目的地",
   changing_destination: "正在询问新路线…",
   get_off: "在下一站下车",

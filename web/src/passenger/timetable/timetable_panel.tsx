@@ -3,7 +3,7 @@ import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { BackIcon } from "../../shared/ui/icons";
 import { goTo } from "../navigation";

@@ -1,5 +1,5 @@
 import type { Schemas } from "../../shared/api/client";
-import type { Campus } from "../../shared/campus/campus";
+import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { formatTime } from "../../shared/texts/times";
@@ -25,7 +25,7 @@ export function TripCard({ trip, day, campus }: TripCardProps) {
           <li key={`${call.stop_id} ${call.leave_at}`}>
             <time>{time(call.leave_at)}</time>
             <span>
-              {stopNameById(campus.geometry.stops, call.stop_id, language.value)}
+              {stopNameById(campus.stops, call.stop_id, language.value)}
               {call.is_last && !trip.is_last_run && <small>{t.last_call}</small>}
             </span>
           </li>

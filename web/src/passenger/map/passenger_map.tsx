@@ -1,16 +1,22 @@
 import { useComputed } from "@preact/signals";
-import type { Campus } from "../shared/campus/campus";
-import { CampusMap } from "../shared/map/campus_map";
-import type { MapContent } from "../shared/map/map_content";
-import { prefersReducedMotion } from "../shared/map/reduced_motion";
-import { poseOf, type Point } from "../shared/scene/scene";
-import { language } from "../shared/texts/language";
-import { destination, pickup, tapStop } from "./booking/ride_request";
-import { trackedRide } from "./ride/ride_tracker";
-import { texts } from "./texts/texts";
+import type { CampusGeometry } from "../../shared/campus/campus_geometry";
+import { CampusMap } from "../../shared/map/campus_map";
+import type { MapContent } from "../../shared/map/map_content";
+import { prefersReducedMotion } from "../../shared/map/reduced_motion";
+import { poseOf, type Point } from "../../shared/scene/scene";
+import { language } from "../../shared/texts/language";
+import { destination, pickup, tapStop } from "../booking/ride_request";
+import type { Campus } from "../campus/campus";
+import { trackedRide } from "../ride/ride_tracker";
+import { texts } from "../texts/texts";
+
+export interface PassengerMapProps {
+  readonly campus: Campus;
+  readonly geometry: CampusGeometry;
+}
 
 /** The map: a passenger chooses stops on it, and later follows the shuttle. */
-export function PassengerMap({ campus }: { readonly campus: Campus }) {
+export function PassengerMap({ campus, geometry }: PassengerMapProps) {
   const ride = trackedRide.value;
   const ticket = ride?.ticket.value ?? null;
   const content = useComputed<MapContent>(() => {
@@ -29,7 +35,7 @@ export function PassengerMap({ campus }: { readonly campus: Campus }) {
   const focus = useComputed<readonly Point[]>(() => {
     const shown = trackedRide.value;
     const shown_ticket = shown?.ticket.value ?? null;
-    const ends = campus.geometry.stops.filter(
+    const ends = campus.stops.filter(
       (stop) =>
         shown_ticket === null ||
         stop.stop_id === shown_ticket.from_stop ||
@@ -43,7 +49,7 @@ export function PassengerMap({ campus }: { readonly campus: Campus }) {
   });
   return (
     <CampusMap
-      geometry={campus.geometry}
+      geometry={geometry}
       content={content.value}
       focus={focus.value}
       focus_key={ticket?.ride_id ?? ""}
