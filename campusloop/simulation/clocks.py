@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from campusloop.simulation.timeline import Timeline
+from campusloop.simulation.schedule import TimeSource
 
 
 @dataclass
 class WallClock:
     """The server machine's clock: `begins` at start_ns, and `ahead_s` wrong, which a fault may set."""
 
-    timeline: Timeline
+    timeline: TimeSource
     begins: datetime
     start_ns: int
     ahead_s: float = 0.0
@@ -24,7 +24,7 @@ class WallClock:
 class BootClock:
     """A vehicle computer's monotonic clock: from 0 at its boot, faster or slower than time by `drift`."""
 
-    timeline: Timeline
+    timeline: TimeSource
     booted_ns: int
     drift: float
 

@@ -33,6 +33,33 @@ def judge(
     at_check: CheckedState,
     bound_s: float,
 ) -> list[Violation]:
+    """What `judge_history` finds, and what is wrong with the process that runs at the end."""
+    at_s = observation.now_s()
+    found = judge_history(observation, facts, fleet, commands, at_check, bound_s)
+    if service is None or service.is_over:
+        return [*found, Violation(at_s, "task_dead", "server", "no server runs at the end")]
+    connected = service.services.hub.connected()
+    found += [
+        Violation(at_s, "vehicle_unreachable", name, "has no session at the end")
+        for name in fleet
+        if name not in connected
+    ]
+    found += [
+        Violation(at_s, "vehicle_unreachable", name, "has a session, but the store counts it as gone")
+        for name in fleet
+        if name in connected and name not in facts.connected
+    ]
+    return [*found, *vehicles.dead_tasks(at_s, _tasks(service, machine))]
+
+
+def judge_history(
+    observation: Observation,
+    facts: StoreFacts,
+    fleet: Sequence[str],
+    commands: Mapping[str, str],
+    at_check: CheckedState,
+    bound_s: float,
+) -> list[Violation]:
     """commands: the last check's, by vehicle. bound_s: how long after it is due a ride may still go on."""
     at_s, booked = observation.now_s(), observation.acknowledged
     found = [
@@ -53,21 +80,7 @@ def judge(
     for vehicle_id, held in facts.held.items():
         found += vehicles.leaked_sections(at_s, vehicle_id, held, at_check.left.get(vehicle_id, ()))
     reached = {vehicle_id for vehicle_id, command in commands.items() if command in observation.done}
-    found += vehicles.unreachable(at_s, fleet, reached)
-    if service is None or service.is_over:
-        return [*found, Violation(at_s, "task_dead", "server", "no server runs at the end")]
-    connected = service.services.hub.connected()
-    found += [
-        Violation(at_s, "vehicle_unreachable", name, "has no session at the end")
-        for name in fleet
-        if name not in connected
-    ]
-    found += [
-        Violation(at_s, "vehicle_unreachable", name, "has a session, but the store counts it as gone")
-        for name in fleet
-        if name in connected and name not in facts.connected
-    ]
-    return [*found, *vehicles.dead_tasks(at_s, _tasks(service, machine))]
+    return [*found, *vehicles.unreachable(at_s, fleet, reached)]
 
 
 def _tasks(service: ServiceProcess, machine: Machine) -> list[TaskFact]:

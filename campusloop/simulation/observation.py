@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import msgspec
 
-from campusloop.simulation.clocks import WallClock
 from campusloop.simulation.history.records import (
     AcknowledgedBooking,
     Journal,
@@ -14,6 +13,7 @@ from campusloop.simulation.history.records import (
     Violation,
 )
 from campusloop.simulation.history.vehicles import FleetRules
+from campusloop.simulation.schedule import Clock
 from contract.wire.messages import (
     CommandDone,
     OrderAccepted,
@@ -33,7 +33,7 @@ class Observation:
     """
 
     now_s: Callable[[], float]
-    clock: WallClock
+    clock: Clock
     rules: FleetRules
     seats: dict[str, int]
     journal: Journal = field(default_factory=Journal)

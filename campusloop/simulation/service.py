@@ -297,7 +297,8 @@ class SimulatedService:
         if service is not None:
             self._take_defects(service)
         facts = store_facts(
-            self.machine,
+            self.database.engine,
+            self.machine.context(),
             self.now_s(),
             faults_end_s,
             clock_was_wrong=bool(observation.faults["server-clock"]),

@@ -41,6 +41,9 @@ class End:
     on_message: Receive = field(default=lambda _data: None)
     on_close: Closed = field(default=lambda _reason: None)
 
+    def listen(self, on_message: Receive, on_close: Closed) -> None:
+        self.on_message, self.on_close = on_message, on_close
+
     def send(self, data: bytes) -> None:
         if self.is_open:
             self.connection.carry(self, data)

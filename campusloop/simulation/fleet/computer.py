@@ -12,8 +12,7 @@ from campusloop.simulation.fleet.body import Body
 from campusloop.simulation.fleet.surroundings import Cabin, Observer, VehicleSetup
 from campusloop.simulation.fleet.vehicle_disk import ComputerCrashed, VehicleDisk
 from campusloop.simulation.fleet.vehicle_link import VehicleLink
-from campusloop.simulation.network import Network
-from campusloop.simulation.timeline import Timeline
+from campusloop.simulation.schedule import Dialler, Schedule
 from contract.wire.messages import DriveMode, ModeChanged, OrderAccepted, Status, VehicleEvent
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.outbox import read_memory
@@ -66,8 +65,8 @@ class Computer:
         self,
         vehicle: Host,
         clock: BootClock,
-        timeline: Timeline,
-        network: Network,
+        timeline: Schedule,
+        network: Dialler,
         cabin: Cabin,
         observer: Observer,
     ) -> None:
@@ -87,7 +86,9 @@ class Computer:
             setup.seats,
             setup.wheelchair_places,
         )
-        self._bridge = LinkBridge(setup.folder, identity, setup.sign, order_progress(memory), sync=False)
+        self._bridge = LinkBridge(
+            setup.folder, identity, setup.sign, order_progress(memory), sync=setup.syncs_disk
+        )
         self._saved = memory
         self._task: Task | None = None
         self._numbered = 0

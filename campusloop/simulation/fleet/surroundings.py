@@ -38,9 +38,12 @@ class Observer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class VehicleSetup:
+    """syncs_disk: events reach the disk itself before they are sent; a simulated disk needs no such wait."""
+
     vehicle_id: str
     folder: Path
     mission: Mission
     seats: int
     wheelchair_places: int
     sign: Sign
+    syncs_disk: bool = False

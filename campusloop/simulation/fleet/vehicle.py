@@ -8,8 +8,7 @@ from campusloop.simulation.fleet.computer import Computer
 from campusloop.simulation.fleet.surroundings import Cabin, Observer, VehicleSetup
 from campusloop.simulation.fleet.vehicle_disk import VehicleDisk
 from campusloop.simulation.fleet.vehicle_link import VehicleLink
-from campusloop.simulation.network import Network
-from campusloop.simulation.timeline import Timeline
+from campusloop.simulation.schedule import Dialler, Schedule
 from contract.wire.messages import VehicleEvent
 from vehicle_agent.mission.memory import MissionMemory
 
@@ -24,8 +23,8 @@ class SimulatedVehicle:
         self,
         setup: VehicleSetup,
         body: Body,
-        timeline: Timeline,
-        network: Network,
+        timeline: Schedule,
+        network: Dialler,
         cabin: Cabin,
         observer: Observer,
     ) -> None:

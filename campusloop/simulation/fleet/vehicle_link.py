@@ -3,9 +3,7 @@
 from collections.abc import Callable
 
 from campusloop.simulation.clocks import BootClock
-from campusloop.simulation.network import Network
-from campusloop.simulation.timeline import Timeline
-from campusloop.simulation.wire import End
+from campusloop.simulation.schedule import Dialler, Schedule, VehicleEnd
 from contract.wire.close_reasons import retry_after
 from contract.wire.codec import WireError
 from vehicle_agent.link.redial import Redial
@@ -20,18 +18,18 @@ class VehicleLink:
         vehicle_id: str,
         session: VehicleSession,
         clock: BootClock,
-        network: Network,
-        timeline: Timeline,
+        network: Dialler,
+        timeline: Schedule,
         arrived: Callable[[], None],
         redial: Redial,
     ) -> None:
         self._vehicle_id, self._session, self._clock = vehicle_id, session, clock
         self._network, self._timeline, self._arrived = network, timeline, arrived
-        self._end: End | None = None
+        self._end: VehicleEnd | None = None
         self._redial = redial
         self._was_welcomed = False
         self._is_over = False
-        self._frozen_frames: list[tuple[End, bytes]] | None = None
+        self._frozen_frames: list[tuple[VehicleEnd, bytes]] | None = None
         self._dial()
 
     def flush(self) -> None:
@@ -75,7 +73,7 @@ class VehicleLink:
         if not self._is_over:
             self._network.dial(self._vehicle_id, self._opened)
 
-    def _opened(self, end: End | None) -> None:
+    def _opened(self, end: VehicleEnd | None) -> None:
         if self._is_over:
             if end is not None:
                 end.close(1006, "reset")
@@ -85,11 +83,10 @@ class VehicleLink:
             return
         self._end = end
         self._was_welcomed = False
-        end.on_message = lambda data: self._received(end, data)
-        end.on_close = lambda _reason: self._lost(end)
+        end.listen(lambda data: self._received(end, data), lambda _reason: self._lost(end))
         self._session.connected(self._clock.now_ns())
 
-    def _received(self, end: End, data: bytes) -> None:
+    def _received(self, end: VehicleEnd, data: bytes) -> None:
         if self._frozen_frames is not None:
             self._frozen_frames.append((end, data))
             return
@@ -105,7 +102,7 @@ class VehicleLink:
         self.flush()
         self._arrived()
 
-    def _lost(self, end: End) -> None:
+    def _lost(self, end: VehicleEnd) -> None:
         if end is not self._end:
             return
         self._end = None

@@ -22,6 +22,7 @@ class Operators:
 
     held        vehicles that stand held and run, as the vehicles know it
     lanes       that may be closed
+    credentials of the operator whom they all are: name and password
     """
 
     client: ServiceClient
@@ -29,6 +30,7 @@ class Operators:
     lanes: Sequence[str]
     rng: random.Random
     held: Callable[[], tuple[str, ...]]
+    credentials: tuple[str, str] = OPERATOR
     is_open: bool = True
     interventions: int = 0
     _csrf: str = ""
@@ -36,7 +38,7 @@ class Operators:
     _tasks: set["asyncio.Task[None]"] = field(default_factory=set)
 
     async def sign_in(self) -> None:
-        name, password = OPERATOR
+        name, password = self.credentials
         answer = await self.client.ask("POST", "/session", {"name": name, "password": password})
         self._csrf = "" if answer is None else answer.json()["csrf_token"]
 

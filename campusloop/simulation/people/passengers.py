@@ -8,9 +8,9 @@ from datetime import timedelta
 from typing import Any
 
 from campusloop.clients.ride_demand import StopPair
-from campusloop.simulation.clocks import WallClock
 from campusloop.simulation.history.records import AcknowledgedBooking
 from campusloop.simulation.people.requests import ServiceClient
+from campusloop.simulation.schedule import Clock
 from contract.wire.messages import RiderTask
 
 PARTIES = (1, 1, 1, 1, 2, 2, 3)
@@ -44,7 +44,7 @@ class Passengers:
     """`run` books until `is_open` is False. The doors ask for `codes`."""
 
     client: ServiceClient
-    clock: WallClock
+    clock: Clock
     stops: tuple[StopPair, ...]
     spacing_s: float
     rng: random.Random

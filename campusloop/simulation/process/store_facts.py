@@ -3,15 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, Engine, select
 
 from campusloop.simulation.history.records import StoredRide
-from campusloop.simulation.process.service_process import Machine
 from server.domain.instants import ns_of
 from server.domain.orders.orders import OrderState
 from server.domain.rides.rides import Ride, RideState
 from server.store import tables
-from server.store.unit_of_work import SqlUnitOfWork
+from server.store.unit_of_work import Context, SqlUnitOfWork
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +32,11 @@ class StoreFacts:
     connected: frozenset[str]
 
 
-def store_facts(machine: Machine, now_s: float, faults_end_s: float, *, clock_was_wrong: bool) -> StoreFacts:
+def store_facts(
+    engine: Engine, context: Context, now_s: float, faults_end_s: float, *, clock_was_wrong: bool
+) -> StoreFacts:
     """Read without a server: the database is as the last process left it."""
-    wall_ns = ns_of(machine.clock.now())
+    wall_ns = ns_of(context.clock.now())
 
     def stored(ride: Ride) -> StoredRide:
         # The first promise counts: a ride that is told ever later times is forgotten all the same. Parties
@@ -54,8 +55,8 @@ def store_facts(machine: Machine, now_s: float, faults_end_s: float, *, clock_wa
             max(due_s, faults_end_s),
         )
 
-    with machine.database.engine.connect() as connection:
-        uow = SqlUnitOfWork(connection, machine.context())
+    with engine.connect() as connection:
+        uow = SqlUnitOfWork(connection, context)
         rides = uow.rides.in_states(list(RideState))
         events: dict[tuple[str, str], dict[int, str]] = {}
         numbers: dict[tuple[str, str], list[int]] = {}
