@@ -45,6 +45,7 @@ def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
     expect(panel.locator(".chip").first).not_to_have_text("Held")
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_what_was_true_is_not_shown_as_live(console: Page) -> None:
     row = console.locator(".row", has_text="Shuttle 1")
     expect(row).to_contain_text("km/h")
@@ -115,6 +116,7 @@ def test_a_ride_appears_and_is_cancelled_by_the_operator(console: Page, open_pag
     expect(phone.get_by_text("The operators cancelled this ride")).to_be_visible()
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_who_rode_is_erased_for_good_after_a_question(console: Page, open_page: OpenPage) -> None:
     phone = open_page("/", allowed=(404,), **PHONE)
     code = book(phone, "Main Library", "Gymnasium")

@@ -142,6 +142,7 @@ def test_a_lost_connection_is_said_and_mended(open_page: OpenPage, shuttle: Scri
     cancel(page)
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_a_cancel_without_a_connection_is_kept_and_delivered_later(open_page: OpenPage) -> None:
     page = open_page("/", goes_offline=True, **PHONE)
     book(page, "Main Library", "Gymnasium")
@@ -157,6 +158,7 @@ def test_a_cancel_without_a_connection_is_kept_and_delivered_later(open_page: Op
     expect(page.get_by_text("Not cancelled yet")).to_have_count(0)
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_a_kept_cancel_is_delivered_by_the_next_visit(open_page: OpenPage) -> None:
     page = open_page("/", goes_offline=True, **PHONE)
     book(page, "Main Library", "Gymnasium")
@@ -176,6 +178,7 @@ def test_a_kept_cancel_is_delivered_by_the_next_visit(open_page: OpenPage) -> No
     expect(later.get_by_role("heading", name="Ride cancelled")).to_be_visible()
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_who_thinks_better_of_a_kept_cancel_keeps_the_ride(open_page: OpenPage) -> None:
     page = open_page("/", goes_offline=True, **PHONE)
     book(page, "Main Library", "Gymnasium")
@@ -190,6 +193,7 @@ def test_who_thinks_better_of_a_kept_cancel_keeps_the_ride(open_page: OpenPage) 
     cancel(page)
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_nothing_counts_down_without_news(open_page: OpenPage) -> None:
     page = open_page("/", **PHONE)
     book(page, "Main Library", "Gymnasium")
@@ -215,6 +219,7 @@ def test_a_held_shuttle_promises_no_time(
     cancel(page)
 
 
+@pytest.mark.usefixtures("shuttle")
 def test_booking_does_not_wait_for_the_map(open_page: OpenPage) -> None:
     page = open_page("/", **PHONE)
     # Neither answered nor refused.
@@ -233,6 +238,24 @@ def test_a_map_that_does_not_come_is_said_and_fetched_again(open_page: OpenPage)
     page.unroute("**/api/v1/campus/map")
     page.get_by_role("button", name="Try again").click()
     expect(page.locator("canvas")).to_be_visible()
+
+
+def test_a_map_on_which_nothing_moves_is_not_drawn_again(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    page.add_init_script(
+        """
+        window.frames_asked = 0;
+        const ask = window.requestAnimationFrame.bind(window);
+        window.requestAnimationFrame = (draw) => { window.frames_asked += 1; return ask(draw); };
+        """
+    )
+    page.reload()
+    expect(page.locator("canvas")).to_be_visible()
+    page.wait_for_timeout(1500)
+    before = page.evaluate("window.frames_asked")
+    assert before > 0
+    page.wait_for_timeout(4000)
+    assert page.evaluate("window.frames_asked") - before <= 4
 
 
 def test_an_unknown_link_is_explained(open_page: OpenPage) -> None:

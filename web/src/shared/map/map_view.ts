@@ -2,7 +2,7 @@ import type { CampusGeometry } from "../campus/campus_geometry";
 import { stopName } from "../campus/campus_geometry";
 import { conditionOf } from "../scene/condition";
 import { PoseInterpolator } from "../scene/pose_interpolation";
-import { poseOf, type Point, type VehicleScene } from "../scene/scene";
+import { poseOf, type Point, type Scene, type VehicleScene } from "../scene/scene";
 import type { Bounds, Camera, Padding, Size } from "./camera/camera";
 import { boundsOf, fitCamera, toScreen, zoomCamera } from "./camera/camera";
 import { Gestures } from "./camera/gestures";
@@ -83,11 +83,14 @@ export class MapView {
   }
 
   setContent(content: MapContent): void {
-    if (content.scene !== null && content.scene !== this.content?.scene)
+    const before = this.content;
+    const has_moved =
+      content.scene !== null &&
+      content.scene !== before?.scene &&
       this.poses.update(content.scene, performance.now(), content.interpolate);
-    if (content.follow !== this.content?.follow) this.following = content.follow === true;
+    if (content.follow !== before?.follow) this.following = content.follow === true;
     this.content = content;
-    this.requestFrame();
+    if (has_moved || before === null || isDrawnDifferently(before, content)) this.requestFrame();
   }
 
   /** Shows all of these points, now and after every change of size, until the user moves the camera. */
@@ -264,6 +267,26 @@ export class MapView {
     const stop = nearest(this.geometry?.stops ?? [], (s) => distance_px(s.x_m, s.y_m), radius_px);
     return stop === null ? { kind: "nothing" } : { kind: "stop", id: stop.stop_id };
   }
+}
+
+/** Whether the map looks different for any reason but the places of the shuttles. */
+function isDrawnDifferently(before: MapContent, after: MapContent): boolean {
+  if (after.layer !== undefined || before.layer !== undefined) return true;
+  const names = ["pickup", "destination", "selected_vehicle", "language", "follow"] as const;
+  if (names.some((name) => before[name] !== after[name])) return true;
+  if (before.closed_roads !== after.closed_roads) return true;
+  return looksOf(before.scene) !== looksOf(after.scene);
+}
+
+/** What is drawn of the shuttles besides their places. */
+function looksOf(scene: Scene | null): string {
+  return (scene?.vehicles ?? [])
+    .map((vehicle) => {
+      const { facts, task } = vehicle;
+      const end = task.route.at(-1) ?? [];
+      return [facts.name, conditionOf(vehicle), task.route.length, ...end].join(" ");
+    })
+    .join("|");
 }
 
 function nearest<T>(items: readonly T[], distanceOf: (item: T) => number, max: number): T | null {

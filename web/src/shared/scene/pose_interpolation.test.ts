@@ -38,6 +38,17 @@ test("without interpolation a shuttle jumps to its newest pose", () => {
   expect(poses.isMoving(201)).toBe(false);
 });
 
+test("the noise of a standing shuttle moves nothing, and a slow drift shows in the end", () => {
+  const poses = new PoseInterpolator();
+  expect(poses.update(sceneWith(0), 0, true)).toBe(true);
+  expect(poses.update(sceneWith(0.03, 0.01), 200, true)).toBe(false);
+  expect(poses.update(sceneWith(-0.04, -0.01), 400, true)).toBe(false);
+  expect(poses.isMoving(450)).toBe(false);
+  expect(poses.update(sceneWith(0.12), 600, true)).toBe(true);
+  expect(poses.isMoving(650)).toBe(true);
+  expect(poses.update(aScene({ vehicles: [] }), 800, true)).toBe(true);
+});
+
 test("angles are wrapped into (-pi, pi]", () => {
   expect(wrapAngle(3 * Math.PI)).toBeCloseTo(Math.PI);
   expect(wrapAngle(-Math.PI)).toBeCloseTo(Math.PI);

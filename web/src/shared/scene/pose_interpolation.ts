@@ -9,6 +9,9 @@ interface PoseSegment {
 
 const DURATION_MS_MIN = 50;
 const DURATION_MS_MAX = 1000;
+/** Less than this is the noise of a shuttle that stands: moving it would only draw the map again and again. */
+const STILL_M = 0.1;
+const STILL_RAD = 0.03;
 /** A larger distance between two reports is a new position, not a drive. */
 const JUMP_M = 15;
 
@@ -20,8 +23,12 @@ export class PoseInterpolator {
   private segments = new Map<string, PoseSegment>();
   private until_ms = 0;
 
-  /** interpolate: false lets every shuttle jump to its pose (replay seeks, reduced motion). */
-  update(scene: Scene, now_ms: number, interpolate: boolean): void {
+  /**
+   * interpolate: false lets every shuttle jump to its pose (replay seeks, reduced motion). Returns whether a
+   * shuttle came, went or moved.
+   */
+  update(scene: Scene, now_ms: number, interpolate: boolean): boolean {
+    let has_changed = false;
     const segments = new Map<string, PoseSegment>();
     for (const vehicle of scene.vehicles) {
       const pose = poseOf(vehicle);
@@ -29,9 +36,12 @@ export class PoseInterpolator {
       const last = interpolate ? this.segments.get(vehicle.vehicle_id) : undefined;
       const segment = nextSegment(last, pose, now_ms);
       segments.set(vehicle.vehicle_id, segment);
+      if (segment !== this.segments.get(vehicle.vehicle_id)) has_changed = true;
       this.until_ms = Math.max(this.until_ms, segment.start_ms + segment.duration_ms);
     }
+    if (segments.size !== this.segments.size) has_changed = true;
     this.segments = segments;
+    return has_changed;
   }
 
   /** Null for a shuttle without a status. */
@@ -48,7 +58,7 @@ export class PoseInterpolator {
 function nextSegment(last: PoseSegment | undefined, to: Pose, now_ms: number): PoseSegment {
   const jump = { from: to, to, start_ms: now_ms, duration_ms: 0 };
   if (last === undefined) return jump;
-  if (isSamePose(last.to, to)) return last;
+  if (isStill(last.to, to)) return last;
   const from = poseAt(last, now_ms);
   if (Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m) > JUMP_M) return jump;
   const duration_ms = Math.min(Math.max(now_ms - last.start_ms, DURATION_MS_MIN), DURATION_MS_MAX);
@@ -65,8 +75,10 @@ function poseAt({ from, to, start_ms, duration_ms }: PoseSegment, now_ms: number
   };
 }
 
-function isSamePose(a: Pose, b: Pose): boolean {
-  return a.x_m === b.x_m && a.y_m === b.y_m && a.yaw_rad === b.yaw_rad;
+/** It keeps the place that it came to, so that a slow drift adds up until it shows. */
+function isStill(last: Pose, next: Pose): boolean {
+  const way_m = Math.hypot(next.x_m - last.x_m, next.y_m - last.y_m);
+  return way_m < STILL_M && Math.abs(wrapAngle(next.yaw_rad - last.yaw_rad)) < STILL_RAD;
 }
 
 /** An angle, wrapped into (-pi, pi]. */
