@@ -41,8 +41,8 @@ def shuttle(server: ServerProcess) -> ScriptedShuttle:
 def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
     """open_page(path, **context options): a page that may say nothing on the browser's console.
 
-    Answers to deliberate mistakes are logged by the browser as failed loads; `allowed` names their statuses, and
-    `goes_offline` says that requests without a connection are meant.
+    Answers to deliberate mistakes are logged by the browser as failed loads; `allowed` names their statuses,
+    and `goes_offline` says that requests without a connection are meant.
     """
     contexts = []
     complaints: list[str] = []

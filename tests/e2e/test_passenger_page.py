@@ -258,6 +258,25 @@ def test_a_map_on_which_nothing_moves_is_not_drawn_again(open_page: OpenPage) ->
     assert page.evaluate("window.frames_asked") - before <= 4
 
 
+def test_later_opens_in_front_of_the_bar_with_the_button(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    fill_booking(page, "Main Library", "Gymnasium")
+    page.get_by_role("button", name="Later").click()
+    field = page.get_by_label("Earliest pickup")
+    expect(field).to_be_in_viewport(ratio=1.0)
+    field_box, bar_box = field.bounding_box(), page.locator(".book-bar").bounding_box()
+    assert field_box is not None
+    assert bar_box is not None
+    assert field_box["y"] + field_box["height"] <= bar_box["y"]
+
+
+def test_a_phone_held_sideways_shows_from_and_to_beside_the_map(open_page: OpenPage) -> None:
+    page = open_page("/", **(PHONE | {"viewport": {"width": 844, "height": 390}}))
+    expect(page.get_by_role("button", name=re.compile("^From"))).to_be_in_viewport(ratio=1.0)
+    expect(page.get_by_role("button", name=re.compile("^To"))).to_be_in_viewport(ratio=1.0)
+    expect(page.locator("canvas")).to_be_in_viewport()
+
+
 def test_an_unknown_link_is_explained(open_page: OpenPage) -> None:
     page = open_page("/#ride=AAAAAAAAAAAAAAAAAAAAAAAA", allowed=(404,))
     expect(page.get_by_role("alert")).to_contain_text("There is no ride with this code or link")

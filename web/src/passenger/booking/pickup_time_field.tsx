@@ -75,9 +75,12 @@ export function PickupTimeField({ view }: CampusViewProps) {
 function LaterTimeField({ view }: CampusViewProps) {
   const id = useId();
   const t = texts.value;
+  const field = useRef<HTMLDivElement>(null);
   const input = (time_ms: number) => toLocalInput(time_ms, view.timezone);
+  // On a phone the field would appear behind the bar with the button.
+  useEffect(() => field.current?.scrollIntoView({ block: "center" }), []);
   return (
-    <div class="field">
+    <div class="field" ref={field}>
       <label for={id}>{t.earliest_pickup}</label>
       <input
         id={id}
