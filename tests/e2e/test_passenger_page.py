@@ -277,6 +277,26 @@ def test_a_phone_held_sideways_shows_from_and_to_beside_the_map(open_page: OpenP
     expect(page.locator("canvas")).to_be_in_viewport()
 
 
+@pytest.mark.usefixtures("shuttle")
+def test_the_focus_stays_with_what_is_done(open_page: OpenPage) -> None:
+    page = open_page("/", **PHONE)
+    choose_stop(page, "From", "Main Library")
+    expect(page.get_by_role("button", name=re.compile("^To"))).to_be_focused()
+    choose_stop(page, "To", "Gymnasium")
+    expect(page.get_by_role("button", name=re.compile("^To"))).to_be_focused()
+    page.get_by_role("button", name="Book the ride").click()
+    expect(page.locator("[data-ride-code]")).to_be_visible()
+    expect(page.locator("h1")).to_be_focused()
+    cancel(page)
+
+
+def test_a_link_that_is_not_whole_says_so(open_page: OpenPage) -> None:
+    page = open_page("/#ride=q3Jv0", **PHONE)
+    expect(page.get_by_text("This link is not whole")).to_be_visible()
+    page.get_by_role("button", name="I have a ride code").click()
+    expect(page.locator("input.code")).to_be_visible()
+
+
 def test_an_unknown_link_is_explained(open_page: OpenPage) -> None:
     page = open_page("/#ride=AAAAAAAAAAAAAAAAAAAAAAAA", allowed=(404,))
     expect(page.get_by_role("alert")).to_contain_text("There is no ride with this code or link")

@@ -14,12 +14,16 @@ test.each(addresses)("%o and its fragment are each other's inverse", (address) =
   expect(addressFrom(fragmentOf(address))).toEqual(address);
 });
 
-test.each(["#ride=short", "#ride=<script>alert(1)</script>", "#nonsense", "#ride"])(
-  "%s opens the booking",
+test.each(["#ride=short", "#ride=<script>alert(1)</script>", "#ride", "#series=half"])(
+  "%s is a broken link, and said to be one",
   (fragment) => {
-    expect(addressFrom(fragment)).toEqual({ view: "book" });
+    expect(addressFrom(fragment)).toEqual({ view: "broken_link" });
   },
 );
+
+test.each(["", "#", "#nonsense"])("%s opens the booking", (fragment) => {
+  expect(addressFrom(fragment)).toEqual({ view: "book" });
+});
 
 test("a broken escape is no code", () => {
   expect(addressFrom("#code=%E0%A4%A")).toEqual({ view: "find", code: "" });

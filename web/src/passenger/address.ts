@@ -4,12 +4,16 @@ export type Address =
   | { readonly view: "ride"; readonly token: string }
   | { readonly view: "series"; readonly token: string }
   | { readonly view: "find"; readonly code: string }
+  /** A link to a ride or series that was cut off or mistyped: no request could find it. */
+  | { readonly view: "broken_link" }
   | { readonly view: "timetable" };
 
 export function addressFrom(fragment: string): Address {
   const [name, value = ""] = fragment.replace(/^#/, "").split("=", 2);
-  if ((name === "ride" || name === "series") && /^[A-Za-z0-9_-]{16,128}$/.test(value))
-    return { view: name, token: value };
+  if (name === "ride" || name === "series") {
+    const is_whole = /^[A-Za-z0-9_-]{16,128}$/.test(value);
+    return is_whole ? { view: name, token: value } : { view: "broken_link" };
+  }
   if (name === "code") return { view: "find", code: decodeOr(value, "") };
   if (name === "timetable") return { view: "timetable" };
   return { view: "book" };
@@ -24,6 +28,7 @@ export function fragmentOf(address: Address): string {
       return `#code=${encodeURIComponent(address.code)}`;
     case "timetable":
       return "#timetable";
+    case "broken_link":
     case "book":
       return "#";
   }

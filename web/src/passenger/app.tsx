@@ -1,11 +1,11 @@
 import { useSignalEffect } from "@preact/signals";
 import type { Campus } from "./campus/campus";
 import { campus, campusProblem, loadCampus } from "./campus/campus";
-import { Loading, ProblemAlert } from "../shared/ui/alerts";
+import { Alert, Loading, ProblemAlert } from "../shared/ui/alerts";
 import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { BookingPanel } from "./booking/booking_panel";
-import { address } from "./navigation";
+import { address, goTo } from "./navigation";
 import { MapArea } from "./map/map_area";
 import { HelpButton, HelpReceipt } from "./ride/help_call";
 import { RideLookupPanel } from "./ride/ride_lookup_panel";
@@ -72,11 +72,28 @@ function Page({ campus }: { readonly campus: Campus }) {
           <TimetablePanel campus={campus} />
         ) : shown.view === "find" ? (
           <RideLookupPanel code={shown.code} campus={campus} />
+        ) : shown.view === "broken_link" ? (
+          <BrokenLink />
         ) : (
           <BookingPanel campus={campus} />
         )}
       </div>
     </div>
+  );
+}
+
+function BrokenLink() {
+  const t = texts.value;
+  return (
+    <section class="ride">
+      <Alert tone="warning">{t.link_broken}</Alert>
+      <button type="button" class="button main" onClick={() => goTo({ view: "find", code: "" })}>
+        {t.have_code}
+      </button>
+      <button type="button" class="button" onClick={() => goTo({ view: "book" })}>
+        {t.book_another}
+      </button>
+    </section>
   );
 }
 

@@ -1,4 +1,5 @@
 import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
@@ -30,6 +31,8 @@ import { StopPicker } from "./stop_picker";
 
 export function BookingPanel({ campus }: { readonly campus: Campus }) {
   const open_picker = useSignal<RideEnd | null>(null);
+  // Where the focus goes when the list of stops has closed: it would fall to the page's beginning.
+  const next_focus = useSignal<RideEnd | null>(null);
   if (open_picker.value !== null)
     return (
       <StopPicker
@@ -42,10 +45,13 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
         pickup={pickup.value}
         destination={destination.value}
         onChoose={(stop_id) => {
-          chooseStop(open_picker.value ?? "pickup", stop_id);
+          const end = open_picker.value ?? "pickup";
+          chooseStop(end, stop_id);
+          next_focus.value = destination.value === "" ? "destination" : end;
           open_picker.value = null;
         }}
         onBack={() => {
+          next_focus.value = open_picker.value;
           open_picker.value = null;
         }}
       />
@@ -53,6 +59,7 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
   return (
     <BookingForm
       campus={campus}
+      focus={next_focus.value}
       onPick={(end) => {
         open_picker.value = end;
       }}
@@ -62,10 +69,12 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
 
 interface BookingFormProps {
   readonly campus: Campus;
+  /** The field that gets the focus when the form appears. */
+  readonly focus: RideEnd | null;
   readonly onPick: (end: RideEnd) => void;
 }
 
-function BookingForm({ campus, onPick }: BookingFormProps) {
+function BookingForm({ campus, focus, onPick }: BookingFormProps) {
   const busy = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
@@ -85,7 +94,7 @@ function BookingForm({ campus, onPick }: BookingFormProps) {
       <h1>{t.book_title}</h1>
       <CurrentRideAlert />
       <ServiceAlert campus={campus} />
-      <StopFields campus={campus} onPick={onPick} />
+      <StopFields campus={campus} focus={focus} onPick={onPick} />
       <div class="field-pair">
         <Stepper
           label={t.people}
@@ -173,19 +182,31 @@ async function submitSeries(): Promise<Problem | null> {
   return null;
 }
 
-function StopFields({ campus, onPick }: BookingFormProps) {
+function StopFields({ campus, focus, onPick }: BookingFormProps) {
   const t = texts.value;
+  const fields = {
+    pickup: useRef<HTMLButtonElement>(null),
+    destination: useRef<HTMLButtonElement>(null),
+  };
+  useEffect(() => {
+    if (focus !== null) fields[focus].current?.focus();
+  }, []);
   const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
   return (
     <div class="stop-fields card">
-      <button type="button" class="stop-field" onClick={() => onPick("pickup")}>
+      <button ref={fields.pickup} type="button" class="stop-field" onClick={() => onPick("pickup")}>
         <PickupIcon />
         <span>
           <small>{t.from}</small>
           {pickup.value === "" ? <em>{t.choose_pickup}</em> : name(pickup.value)}
         </span>
       </button>
-      <button type="button" class="stop-field" onClick={() => onPick("destination")}>
+      <button
+        ref={fields.destination}
+        type="button"
+        class="stop-field"
+        onClick={() => onPick("destination")}
+      >
         <DestinationIcon />
         <span>
           <small>{t.to}</small>

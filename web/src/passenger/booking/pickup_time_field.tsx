@@ -118,7 +118,7 @@ function RecurrenceFields({ view }: CampusViewProps) {
             key={day}
             type="button"
             aria-pressed={weekdays.value.includes(day)}
-            aria-label={weekdayName(day, language.value, "long")}
+            aria-label={dayLabel(day)}
             onClick={() => toggleWeekday(day)}
           >
             {weekdayName(day, language.value, "short")}
@@ -165,4 +165,12 @@ function RecurrenceFields({ view }: CampusViewProps) {
       <p class="hint">{t.repeat_hint}</p>
     </div>
   );
+}
+
+/** What is written on the button belongs to its spoken name: who speaks to the phone says what they see. */
+function dayLabel(day: number): string {
+  const [short, long] = (["short", "long"] as const).map((width) =>
+    weekdayName(day, language.value, width),
+  );
+  return `${short}, ${long}`;
 }

@@ -1,4 +1,5 @@
 import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { monotonic_ms } from "../../shared/live/clock";
@@ -44,10 +45,10 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
     );
   return (
     <section class="ride">
+      <FocusedTitle>{titleWithTime(ride, progress, campus.view.timezone)}</FocusedTitle>
       <p class="visually-hidden" role="status">
         {titleText(progress.phase, vehicleName(ride))}
       </p>
-      <h1>{titleWithTime(ride, progress, campus.view.timezone)}</h1>
       <RideDetails ride={ride} ticket={ticket} progress={progress} />
       <ConnectionAlert ride={ride} progress={progress} />
       {ticket.promise !== null && (
@@ -73,6 +74,19 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
         />
       )}
     </section>
+  );
+}
+
+/** After a booking the focus is on the answer; the button that had it is gone. */
+function FocusedTitle({ children }: { readonly children: string }) {
+  const title = useRef<HTMLHeadingElement>(null);
+  useEffect(() => {
+    if (document.activeElement === document.body) title.current?.focus();
+  }, []);
+  return (
+    <h1 ref={title} tabIndex={-1}>
+      {children}
+    </h1>
   );
 }
 

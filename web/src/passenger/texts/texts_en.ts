@@ -1,6 +1,8 @@
 export const en = {
   title: "Campus shuttle",
   skip_to_panel: "Skip the map",
+  link_broken:
+    "This link is not whole: a part of it was lost on the way. Open it again from where you have it, or use the code of the ride.",
   loading_map: "The map is coming",
   map_failed: "The map did not come. Booking works without it.",
   loading_campus: "Loading the campus map…",

@@ -3,6 +3,7 @@ import type { PassengerTexts } from "./texts_en";
 export const zh: PassengerTexts = {
   title: "校园班车",
   skip_to_panel: "跳过地图",
+  link_broken: "此链接不完整。请从原处重新打开，或使用行程码查找。",
   loading_map: "地图加载中",
   map_failed: "地图未能加载，不影响预订。",
   loading_campus: "正在加载校园地图…",
