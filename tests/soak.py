@@ -53,6 +53,11 @@ CAMPAIGNS = (
         for seed in range(1, YEAR_DAYS + 1)
     ),
     Campaign(
+        "fleet",
+        "an hour of 20 vehicles on a real server, on each database; no rule may be broken",
+        (sys.executable, "-m", "benchmarks.fleet_soak"),
+    ),
+    Campaign(
         "protocol",
         "wrong changes to the protocol; the simulation or a named test notices each one",
         (sys.executable, "-m", "benchmarks.protocol_mutations"),
