@@ -67,6 +67,8 @@ class ByWireFault(msgspec.Struct, frozen=True, tag="by_wire_fault"):
 class ByWireFlag(msgspec.Struct, frozen=True, tag="by_wire_flag"):
     """A flag of a report of the PACMod module, for example brake_report and vehicle_fault.
 
+    Beside flags, some broken values (`simulator.ecus.by_wire.ByWire`), as a speed_report's speed.
+
     reports  how many reports have it, None for all from now on; 0 ends it
     """
 

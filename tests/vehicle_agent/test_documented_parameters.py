@@ -6,12 +6,14 @@ import pytest
 
 from tests.documented import differing
 from vehicle_agent.can import handshake, module_state
+from vehicle_agent.can.pacmod import consistency, watchdog
 from vehicle_agent.gate.settings import GateSettings
 from vehicle_agent.guard.collision import Avoidance
 from vehicle_agent.guard.guard import Guard
 from vehicle_agent.guard.limits import Limits
 from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
+from vehicle_agent.hmi.signalling import VehicleSignalling
 from vehicle_agent.link import client, clock, outbox, session, upload
 from vehicle_agent.localization.gnss import GnssLocalization
 from vehicle_agent.mission.rules import MissionRules
@@ -32,13 +34,13 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "onboard": (rates,),
     "guard": (Guard, Avoidance, Limits),
     "gate": (GateSettings,),
-    "can": (handshake, module_state),
+    "can": (handshake, module_state, consistency, watchdog),
     "mission": (MissionRules, StopRules),
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
     "localization": (GnssLocalization,),
-    "hmi": (Announcer, Attention),
+    "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
 }
 

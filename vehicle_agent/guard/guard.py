@@ -142,9 +142,10 @@ class Guard(msgspec.Struct, frozen=True):
             blocked=blocked,
             events=(*changed, *raised, *blocked_events),
         )
+        imminent = intervened == _OBSTACLE and actuation.brake_ratio >= 1.0
         return (
             actuation,
-            GuardStatus(mode, intervened, reported_faults(faults, new.latched), reason, detail),
+            GuardStatus(mode, intervened, reported_faults(faults, new.latched), reason, detail, imminent),
             new,
         )
 
