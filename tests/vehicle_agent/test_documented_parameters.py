@@ -25,6 +25,7 @@ from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.runtime.processes import supervisor, tick_process
 from vehicle_agent.signals import rates
 from vehicle_agent.world.area_monitor import AreaMonitor
+from vehicle_agent.world.camera_trust import TrustRules
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.prediction import Predictor
 from vehicle_agent.world.surroundings import Surroundings
@@ -37,7 +38,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "can": (handshake, module_state, consistency, watchdog),
     "mission": (MissionRules, StopRules),
     "link": (session, clock, client, outbox, upload),
-    "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld),
+    "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
     "localization": (GnssLocalization,),
     "hmi": (Announcer, Attention, VehicleSignalling),
