@@ -112,6 +112,14 @@ class RiderLeft(msgspec.Struct, frozen=True, tag="rider_left"):
     ride_id: str
 
 
+class CameraReported(msgspec.Struct, frozen=True, tag="camera_reported"):
+    """What the camera of an observation area saw age_s ago; the demo forwards it as the camera would."""
+
+    area_id: str
+    count: int
+    age_s: float
+
+
 class ScoreReport(msgspec.Struct, frozen=True, tag="score_told"):
     vehicle_id: str
     distance_m: float
@@ -133,7 +141,7 @@ Intervention = (
     | PersonPlaced
 )
 ToSimulation = Subscribe | RiderComes | RideAssigned | Intervention
-FromSimulation = RiderTapped | RiderLeft | ScoreReport
+FromSimulation = RiderTapped | RiderLeft | CameraReported | ScoreReport
 
 decode_to_simulation = msgspec.msgpack.Decoder(ToSimulation).decode
 decode_from_simulation = msgspec.msgpack.Decoder(FromSimulation).decode
