@@ -14,6 +14,8 @@ from contract.wire.messages import PresenceReport
 from simulator.control import CameraReported, Subscribe, decode_from_simulation, encode
 
 HOST = "127.0.0.1"
+# The name of the token that they share.
+CAMERA_TOKEN = "cameras-at-crossings"
 SUBSCRIBE_EVERY_S = 5.0
 REDIAL_S = 2.0
 # Older words say nothing about a crossing any more; two seconds of seven cameras at 5 Hz.
