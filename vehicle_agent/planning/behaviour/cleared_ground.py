@@ -39,9 +39,10 @@ def with_cleared_ground(
         if not area.clear_ns or not area.outline or age_ns > PICTURE_AGE_NS_MAX:
             continue
         free = inside(np.array(area.outline), np.ascontiguousarray(places.reshape(-1, 2)))
-        both = free.reshape(len(rows), 2, len(steps_m)).all(axis=-1)
+        left, right = free.reshape(len(rows), 2, len(steps_m)).swapaxes(0, 1)
+        both = left & right
         # The last free step; where all are free, what lies beyond is too far away to matter.
-        free_m = np.where(both.all(axis=-1), np.inf, (np.argmin(both, axis=1) - 1) * step_m)
+        free_m = np.where(both.all(axis=-1), np.inf, (np.argmin(both, axis=-1) - 1) * step_m)
         free_m -= run_mps * max(age_ns, 0) * 1e-9
         cleared[rows, H_CLEARED] = np.maximum(cleared[rows, H_CLEARED], free_m)
     return cleared
