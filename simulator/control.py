@@ -67,6 +67,8 @@ class ByWireFault(msgspec.Struct, frozen=True, tag="by_wire_fault"):
 class ByWireFlag(msgspec.Struct, frozen=True, tag="by_wire_flag"):
     """A flag of a report of the PACMod module, for example brake_report and vehicle_fault.
 
+    Beside flags, some broken values (`simulator.ecus.by_wire.ByWire`), as a speed_report's speed.
+
     reports  how many reports have it, None for all from now on; 0 ends it
     """
 
@@ -110,6 +112,14 @@ class RiderLeft(msgspec.Struct, frozen=True, tag="rider_left"):
     ride_id: str
 
 
+class CameraReported(msgspec.Struct, frozen=True, tag="camera_reported"):
+    """What the camera of an observation area saw age_s ago; the demo forwards it as the camera would."""
+
+    area_id: str
+    count: int
+    age_s: float
+
+
 class ScoreReport(msgspec.Struct, frozen=True, tag="score_told"):
     vehicle_id: str
     distance_m: float
@@ -131,7 +141,7 @@ Intervention = (
     | PersonPlaced
 )
 ToSimulation = Subscribe | RiderComes | RideAssigned | Intervention
-FromSimulation = RiderTapped | RiderLeft | ScoreReport
+FromSimulation = RiderTapped | RiderLeft | CameraReported | ScoreReport
 
 decode_to_simulation = msgspec.msgpack.Decoder(ToSimulation).decode
 decode_from_simulation = msgspec.msgpack.Decoder(FromSimulation).decode

@@ -4,13 +4,14 @@ It reports only the number of people (NUS, section V-A): any detection makes veh
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from contract.geometry import Array
 from contract.roads.areas import inside, outline_array
-from contract.roads.model import ObservationArea
+from contract.roads.model import ObservationArea, RoadMap
 from contract.wire.messages import PresenceReport
 
 
@@ -75,3 +76,14 @@ class CrossingCamera:
         is_down = any(begin <= taken_ns * 1e-9 < end for begin, end in params.down)
         if lost >= params.dropout and not is_down:
             self._pending.append((taken_ns + round(params.latency_s * 1e9), taken_ns, count))
+
+
+def cameras_at_crossings(
+    road_map: RoadMap, params: CameraParams, rng: Callable[[str], np.random.Generator]
+) -> tuple[CrossingCamera, ...]:
+    """One at each crossing of the map. rng: a random stream by its purpose."""
+    return tuple(
+        CrossingCamera(area, params, rng(f"camera {area.area_id}"))
+        for area in road_map.observation_areas
+        if area.kind == "crossing"
+    )

@@ -94,6 +94,7 @@ class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     throttle_duty_min, _max  PWM duty at which the motor begins to turn, and at full throttle
     brake_travel_free      travel of the brake servo before the pads touch
     track_width_m          between the front wheels: the encoder sits on the left one
+    wheel_radius_m         rolling radius; a PACMod's wheel speeds are compared with its vehicle speed by it
     """
 
     kind: Literal["pacmod", "servo"] = "pacmod"
@@ -101,6 +102,7 @@ class ByWire(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     throttle_duty_max: float = 0.90
     brake_travel_free: float = 0.10
     track_width_m: float = 0.98
+    wheel_radius_m: Positive = 0.28
 
 
 class Response(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -187,6 +189,24 @@ class Announcing(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     courtesy_s: Positive = 30.0
 
 
+class Signalling(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Turn signals, headlights and horn, of a by-wire that has them.
+
+    kerb          the side of the pavement, on which the vehicle stops
+    turn_ahead_m  a turn is signalled this far before it begins
+    stop_ahead_m  a stop at the kerb is signalled this far before it
+    headlights    low beam "always", or at "dusk": from sunset on, and while nobody has said what time it is.
+                  "off": never. High beam would dazzle people on foot and is never commanded
+    horn          "imminent_contact": half a second when the guard brakes fully before somebody; or "never"
+    """
+
+    kerb: Literal["right", "left"] = "right"
+    turn_ahead_m: Positive = 25.0
+    stop_ahead_m: Positive = 15.0
+    headlights: Literal["always", "dusk", "off"] = "dusk"
+    horn: Literal["imminent_contact", "never"] = "imminent_contact"
+
+
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms."""
 
@@ -202,6 +222,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     response: Response = Response()
     driving: Driving = Driving()
     announcing: Announcing = Announcing()
+    signalling: Signalling = Signalling()
 
     @property
     def tracks_road_users(self) -> bool:

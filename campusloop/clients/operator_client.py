@@ -111,6 +111,13 @@ class OperatorClient:
         """verb: hold, resume, stop-now, recall or release."""
         await self._post(f"/api/v1/vehicles/{vehicle_id}/{verb}", None)
 
+    async def make_token(self, name: str, scope: str, valid_days: float = 30.0) -> str:
+        """A new token's secret, for a script or a camera."""
+        request = {"name": name, "scopes": [scope], "valid_days": valid_days}
+        made = await self._post("/api/v1/developer-tokens", request)
+        secret: str = made.json()["secret"]
+        return secret
+
     async def incidents(self) -> list[dict[str, Any]]:
         return await self._list("/api/v1/incidents")
 

@@ -83,6 +83,8 @@ class LiveCampus:
         )
         self.road_map = self._shuttles.road_map
         self._server = Supervisor([self._server_job()])
+        # What the server's TLS is verified with, from `start` on.
+        self.trusted: ssl.SSLContext | bool = True
         self.client = httpx.AsyncClient(base_url=self.origin)
         self.operator = OperatorClient(self.client)
 
@@ -115,7 +117,7 @@ class LiveCampus:
         self._server.start()
         # Started while the server starts, which takes longer. Stopped after the agents, which need its clock.
         self._shuttles.start_simulator()
-        trusted = await self._trusted()
+        self.trusted = trusted = await self._trusted()
         self.client = httpx.AsyncClient(base_url=self.origin, verify=trusted, timeout=30.0)
         self.operator = OperatorClient(self.client)
         await self._until_ready()

@@ -5,6 +5,7 @@ Server, agents and pages are the real ones. Only vehicle bodies, sensors and peo
 
 import asyncio
 import signal
+import ssl
 from dataclasses import replace
 from zoneinfo import ZoneInfo
 
@@ -12,6 +13,7 @@ import httpx
 import numpy as np
 from rich.console import Console
 
+from campusloop.clients.demo_cameras import CAMERA_TOKEN, DemoCameras
 from campusloop.clients.demo_operator import DemoOperator
 from campusloop.clients.operator_client import OperatorError
 from campusloop.clients.passengers import Journey, Passengers, RideDemand
@@ -64,7 +66,13 @@ class LiveDemo:
         """Wait for the stop event, or until one of the tasks fails."""
         tasks = [
             asyncio.create_task(coroutine)
-            for coroutine in (self._campus.watch(), self._serve_people(), self._follow(), self._operate())
+            for coroutine in (
+                self._campus.watch(),
+                self._serve_people(),
+                self._follow(),
+                self._operate(),
+                self._watch_crossings(),
+            )
         ]
         waiting = asyncio.create_task(stopped.wait())
         await asyncio.wait([waiting, *tasks], return_when=asyncio.FIRST_COMPLETED)
@@ -97,6 +105,16 @@ class LiveDemo:
         # A starting shuttle has no scan yet. It stops for that reason, which is not an incident to release.
         await self._released.wait()
         await DemoOperator(self._campus.operator, self._say, self._progress.released).run()
+
+    async def _watch_crossings(self) -> None:
+        """A camera at each crossing of the map, with a token of its own."""
+        campus = self._campus
+        if not any(area.kind == "crossing" for area in campus.road_map.observation_areas):
+            await asyncio.Event().wait()
+        token = await campus.operator.make_token(CAMERA_TOKEN, "infrastructure")
+        tls = campus.trusted if isinstance(campus.trusted, ssl.SSLContext) else None
+        port = control_port(campus.options.base_port)
+        await DemoCameras(campus.origin, token, tls, port, self._say).run()
 
     async def _follow(self) -> None:
         """Show the shuttles and all rides on the terminal: who booked them does not matter."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+import numpy as np
 import structlog
 from rich.console import Console
 from rich.table import Table
@@ -13,6 +14,7 @@ from rich.table import Table
 from campusloop.live.paced_clock import PacedClocks
 from campusloop.telemetry.journal_console import journal_console
 from contract.roads.load import MapError, load_map
+from simulator.infrastructure import CameraParams, cameras_at_crossings
 from simulator.live.bus import LiveBusError
 from simulator.live.control_server import ControlError, RemotePhones
 from simulator.live.live import LiveSimulation, scan_ring_path
@@ -62,12 +64,17 @@ def simulate_vehicles(
             WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar, plant_seed=plant_seed),
         )
         warm_kernels()
+        cameras = cameras_at_crossings(
+            road_map, CameraParams(), lambda name: np.random.default_rng([seed, *name.encode()])
+        )
         if clocks is None:
-            simulation = LiveSimulation(world, phones, folder, base_port)
+            simulation = LiveSimulation(world, phones, folder, base_port, cameras=cameras)
         else:
             # The gaps between frames cannot be measured with a clock that stands still at times.
             clock = clocks.open_master()
-            simulation = LiveSimulation(world, phones, folder, base_port, clock, frame_gap_ns=0)
+            simulation = LiveSimulation(
+                world, phones, folder, base_port, clock, frame_gap_ns=0, cameras=cameras
+            )
     except (MapError, ProfileError, WorldError, LiveBusError, DeviceFeedError, ControlError) as error:
         _refuse(str(error))
     _print_wiring(console, vehicle_ids, base_port, folder)

@@ -150,4 +150,4 @@ class CameraFeed:
             case "truth":
                 places = np.ascontiguousarray(bodies.poses_map[bodies.kinds == PEDESTRIAN, :2])
                 count = int(inside(self._outline, places).sum()) if len(places) else 0
-        return PedestrianPresence(now_ns, self._area_id, count)
+        return PedestrianPresence(now_ns, self._area_id, count, by_server=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from contract.roads.model import RoadMap
 from contract.wire.messages import PresenceReport
-from simulator.infrastructure import CameraParams, CrossingCamera
+from simulator.infrastructure import CameraParams, cameras_at_crossings
 from simulator.world import SimWorld
 
 
@@ -23,11 +23,7 @@ class VirtualCameras:
     ) -> None:
         """rng: a random stream by its purpose."""
         self._world, self._send = world, send
-        self._cameras = [
-            CrossingCamera(area, params, rng(f"camera {area.area_id}"))
-            for area in road_map.observation_areas
-            if area.kind == "crossing"
-        ]
+        self._cameras = cameras_at_crossings(road_map, params, rng)
 
     def step(self, now_ns: int) -> None:
         people = self._world.pedestrians

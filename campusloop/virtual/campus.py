@@ -86,7 +86,7 @@ class CampusOptions:
     begins: datetime = datetime(2026, 9, 1, 0, 0, tzinfo=UTC)
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
     lidar: bool = True
-    cameras: CameraParams | None = None
+    cameras: CameraParams | None = field(default_factory=CameraParams)
     database_url: str = "sqlite://"
     spans: Spans | None = None
     plant_seed: int | None = None

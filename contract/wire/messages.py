@@ -64,8 +64,10 @@ from contract.wire.status import (
     DrivingView,
     FaultReport,
     FleetVehicle,
+    Headlights,
     Status,
     TrackReport,
+    TurnSignal,
 )
 
 __all__ = (
@@ -92,6 +94,7 @@ __all__ = (
     "FleetVehicle",
     "Goodbye",
     "Grants",
+    "Headlights",
     "Hello",
     "Message",
     "ModeChanged",
@@ -115,6 +118,7 @@ __all__ = (
     "Status",
     "TapAnswered",
     "TrackReport",
+    "TurnSignal",
     "VehicleEvent",
     "VehicleMessage",
     "Visit",

@@ -32,6 +32,8 @@ TRACKS_MAX = 2_000
 FAULTS_MAX = 200
 
 DriveMode = Literal["autonomous", "held", "manual", "minimal_risk", "fault"]
+TurnSignal = Literal["right", "none", "left", "hazard"]
+Headlights = Literal["off", "low", "high"]
 
 
 class FaultReport(msgspec.Struct, frozen=True):
@@ -79,12 +81,16 @@ class DrivingView(msgspec.Struct, frozen=True):
     limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
     path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
     tracks      the nearest ones
+    turn_signal, headlights, horn  as the by-wire module reports them; None where it has none
     """
 
     limited_by: SpeedLimitReason | None = None
     path: Annotated[tuple[Coordinate, ...], msgspec.Meta(max_length=POINTS_MAX)] = ()
     tracks: Annotated[tuple[TrackReport, ...], msgspec.Meta(max_length=TRACKS_MAX)] = ()
     areas: Annotated[tuple[AreaReport, ...], msgspec.Meta(max_length=TRACKS_MAX)] = ()
+    turn_signal: TurnSignal | None = None
+    headlights: Headlights | None = None
+    horn: bool | None = None
 
 
 class Status(Message, frozen=True, tag="status"):

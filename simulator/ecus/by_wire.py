@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 from simulator.ecus.command_watch import CommandWatch
-from simulator.ecus.injected_flags import Flag, checked_flag
+from simulator.ecus.injected_flags import COUNTER_STANDS, Flag, checked_flag
 from simulator.ecus.module import ActuatorTargets, FailAction, Module
 from simulator.ecus.report_frames import ModuleStatus, report_frames
 from simulator.vehicle.plant import PlantView
 from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
+from vehicle_agent.can.pacmod.watchdog import COMPONENT_COUNTER_STEPS
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_from_front
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
@@ -24,7 +25,9 @@ class ByWire(Module):
     and no fault. Enabling with a pedal down damages the brake servo (a latched fault).
 
     Any flag of its reports can be injected. A subsystem with an injected `enabled` flag lets go of its
-    actuator; the other flags are only reported, as by a module that notices a fault and drives on.
+    actuator; the other flags are only reported, as by a module that notices a fault and drives on. Beside the
+    flags: `counter` of the component's report stands still, `speed` of the speed report and `front_left` of
+    the wheels' are stuck at zero, and `output` of the shift report is the neutral gear.
     """
 
     def __init__(
@@ -33,6 +36,7 @@ class ByWire(Module):
         super().__init__(profile, fail_action, CommandWatch(gap_ns_min))
         self._gear = PARK
         self._injected: dict[Flag, int | None] = {}
+        self._rounds = 0
 
     def inject(self, report: str, signal: str, reports: int | None = None) -> None:
         """Report this flag from now on, or in the next `reports` reports only. Raises UnknownFlagError."""
@@ -62,6 +66,8 @@ class ByWire(Module):
 
     def reports(self, now_ns: int, truth: PlantView) -> tuple[CanFrame, ...]:
         frames = report_frames(now_ns, self._status(now_ns), truth, self.profile)
+        if COUNTER_STANDS not in self._injected:
+            self._rounds += 1
         left = {flag: None if count is None else count - 1 for flag, count in self._injected.items()}
         self._injected = {flag: count for flag, count in left.items() if count != 0}
         return frames
@@ -130,6 +136,10 @@ class ByWire(Module):
             commanded_brake=self.watch.value("brake_command", "position"),
             commanded_gear=self.watch.value("shift_command", "gear"),
             commanded_wheel_rad=self.watch.value("steering_command", "wheel_angle"),
+            commanded_turn=self.watch.value("turn_command", "turn_signal"),
+            commanded_horn=self.watch.value("horn_command", "horn"),
+            commanded_headlights=self.watch.value("headlight_command", "headlights"),
+            counter=self._rounds % COMPONENT_COUNTER_STEPS,
             errors=self.watch.malformed + self.watch.miscounted + self.watch.crowded,
             injected=frozenset(self._injected),
         )

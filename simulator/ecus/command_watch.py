@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from vehicle_agent.can.dbc import PACMOD, SERVO, FrameError, MessageLayout, layouts
-from vehicle_agent.can.pacmod.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
+from vehicle_agent.can.pacmod.commands import COMMANDS, COUNTER_STEPS, DRIVING_COMMANDS, FRAME_GAP_NS
 from vehicle_agent.can.servo.commands import SERVO_COMMANDS, SERVO_COUNTER_STEPS, unpack_checked
 from vehicle_agent.signals import CanFrame
 
@@ -19,6 +19,7 @@ class CommandProtocol:
     counted       the commands that carry a counter
     complemented  the counter's complement is sent too and must match
     unpack        the values of a frame; FrameError if its length or check byte is wrong
+    driving       the commands without which by-wire ends
     """
 
     file: str
@@ -27,6 +28,7 @@ class CommandProtocol:
     counter_steps: int
     complemented: bool
     unpack: Callable[[MessageLayout, bytes], dict[str, float]]
+    driving: tuple[str, ...]
 
 
 PACMOD_PROTOCOL = CommandProtocol(
@@ -36,9 +38,16 @@ PACMOD_PROTOCOL = CommandProtocol(
     COUNTER_STEPS,
     True,
     MessageLayout.unpack,
+    DRIVING_COMMANDS,
 )
 SERVO_PROTOCOL = CommandProtocol(
-    SERVO, SERVO_COMMANDS, frozenset(SERVO_COMMANDS), SERVO_COUNTER_STEPS, False, unpack_checked
+    SERVO,
+    SERVO_COMMANDS,
+    frozenset(SERVO_COMMANDS),
+    SERVO_COUNTER_STEPS,
+    False,
+    unpack_checked,
+    SERVO_COMMANDS,
 )
 
 
@@ -100,6 +109,10 @@ class CommandWatch:
     def late(self, now_ns: int) -> tuple[str, ...]:
         """Commands that have not come in time."""
         return tuple(name for name in self.protocol.commands if self.is_late(name, now_ns))
+
+    def stops_driving(self, now_ns: int) -> bool:
+        """A command without which by-wire ends has not come in time."""
+        return any(self.is_late(name, now_ns) for name in self.protocol.driving)
 
     def _counts(self, name: str, values: dict[str, float]) -> bool:
         counter = int(values["counter"])

@@ -108,7 +108,7 @@ class Module(ABC):
 
     def check_inputs(self, now_ns: int) -> None:
         """Disable by-wire at a takeover, a fault, the stop button or missing commands."""
-        self.timed_out = bool(self.watch.late(now_ns))
+        self.timed_out = self.watch.stops_driving(now_ns)
         if self.driver.takes_over:
             self.overridden = self.overridden or self.enabled
             self.enabled = False

@@ -8,11 +8,15 @@ from simulator.ecus.safety_driver import SafetyDriver
 from simulator.vehicle.plant import PlantView
 from vehicle_agent.can.dbc import layouts
 from vehicle_agent.can.pacmod.codec import HEADLIGHTS, TURN_SIGNALS
+from vehicle_agent.can.pacmod.watchdog import COMPONENT_COUNTER_STEPS
 from vehicle_agent.can.steering_column import wheel_from_front
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import CanFrame
 
 WHEEL_RADIUS_M = 0.28
+_NO_TURN = float(TURN_SIGNALS.index("none"))
+# A component's states.
+_READY, _AUTONOMOUS = 1.0, 2.0
 TRACK_WIDTH_M = 1.2
 
 
@@ -32,6 +36,10 @@ class ModuleStatus:
     commanded_brake: float
     commanded_gear: float
     commanded_wheel_rad: float
+    commanded_turn: float
+    commanded_horn: float
+    commanded_headlights: float
+    counter: int
     errors: int
     injected: frozenset[Flag] = frozenset()
 
@@ -80,14 +88,38 @@ def _values(status: ModuleStatus, truth: PlantView, profile: Profile) -> dict[st
         | {"manual": status.gear, "commanded": status.commanded_gear, "output": status.gear},
         "steering_report": _subsystem(status, "steering_command")
         | {"manual": hands_rad, "commanded": status.commanded_wheel_rad, "output": wheel_rad},
-        "turn_report": _stalk(status, TURN_SIGNALS.index(driver.turn_signal)),
-        "horn_report": _stalk(status, driver.horn),
-        "headlight_report": _stalk(status, HEADLIGHTS.index(driver.headlights)),
+        "turn_report": _stalk(
+            status, "turn_command", TURN_SIGNALS.index(driver.turn_signal), status.commanded_turn, _NO_TURN
+        ),
+        "horn_report": _stalk(status, "horn_command", driver.horn, status.commanded_horn, 0.0),
+        "headlight_report": _stalk(
+            status,
+            "headlight_command",
+            HEADLIGHTS.index(driver.headlights),
+            status.commanded_headlights,
+            0.0,
+        ),
         "speed_report": {"speed": truth.speed_mps},
         "wheel_report": _wheel_speeds(truth, profile.body.wheelbase_m),
         "yaw_rate_report": {"yaw_new": True, "yaw_valid": True, "yaw_rate": truth.yaw_rate_radps},
         "stop_button_report": {"pressed": status.stop_pressed},
         "energy_report": {"charge": truth.battery_ratio},
+        "component_report": {
+            "enabled": status.enabled,
+            "override_active": status.overridden,
+            "fault_active": status.faulted,
+            "ready": True,
+            "state": _AUTONOMOUS if status.enabled else _READY,
+            "counter": float(status.counter),
+            "complement": float(COMPONENT_COUNTER_STEPS - 1 - status.counter),
+        },
+        "watchdog_report": {
+            "enabled": status.enabled,
+            "override_active": status.overridden,
+            "computer_timeout": status.timed_out,
+            "fault_active": status.faulted,
+        },
+        "watchdog_report_2": {"command_timeout": status.timed_out},
     }
 
 
@@ -100,9 +132,21 @@ def _subsystem(status: ModuleStatus, command: str) -> dict[str, float]:
     }
 
 
-def _stalk(status: ModuleStatus, code: float) -> dict[str, float]:
-    """What only the driver operates: no command takes it by wire."""
-    return {"bywire_fault": status.faulted, "manual": code, "output": code}
+def _stalk(
+    status: ModuleStatus, command: str, manual: float, commanded: float, rest: float
+) -> dict[str, float]:
+    """Signals: a stalk that the driver moves from its rest has precedence, and is no takeover."""
+    is_moved, is_late = manual != rest, command in status.late
+    by_wire = status.enabled and not is_late and not is_moved
+    return {
+        "enabled": by_wire,
+        "override_active": status.enabled and is_moved,
+        "bywire_fault": status.faulted,
+        "command_timeout": is_late,
+        "manual": manual,
+        "commanded": rest if is_late else commanded,
+        "output": commanded if by_wire else manual,
+    }
 
 
 def _wheel_speeds(truth: PlantView, wheelbase_m: float) -> dict[str, float]:

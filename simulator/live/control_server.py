@@ -6,6 +6,7 @@ from typing import Literal
 import msgspec
 
 from simulator.control import (
+    CameraReported,
     FromSimulation,
     RideAssigned,
     RiderComes,
@@ -17,6 +18,7 @@ from simulator.control import (
     decode_to_simulation,
     encode,
 )
+from simulator.infrastructure import CrossingCamera
 from simulator.riders import Rider
 from simulator.scenario import intervene
 from simulator.world import SimWorld, WorldError
@@ -47,9 +49,11 @@ class RemotePhones:
 class ControlServer:
     """Serves one world. refused: number of messages that were invalid or named unknown vehicles or rides."""
 
-    def __init__(self, port: int, world: SimWorld, phones: RemotePhones) -> None:
+    def __init__(
+        self, port: int, world: SimWorld, phones: RemotePhones, cameras: tuple[CrossingCamera, ...] = ()
+    ) -> None:
         self.refused = 0
-        self._world, self._phones = world, phones
+        self._world, self._phones, self._cameras = world, phones, cameras
         self._subscribers: dict[Address, None] = {}
         self._riding: dict[str, None] = {}
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -76,6 +80,7 @@ class ControlServer:
         for ride_id in left:
             del self._riding[ride_id]
         self._report([RiderLeft(ride_id) for ride_id in left])
+        self._report_cameras(now_ns)
         if report_scores and self._subscribers:
             self._report([self._score(vehicle_id) for vehicle_id in self._world.vehicle_ids])
 
@@ -113,6 +118,14 @@ class ControlServer:
             score.stopped_for_people_s,
             score.hardest_braking_mps2,
         )
+
+    def _report_cameras(self, now_ns: int) -> None:
+        people = self._world.pedestrians
+        if people is None:
+            return
+        for camera in self._cameras:
+            for seen in camera.step(now_ns, people.places):
+                self._send(CameraReported(seen.area_id, seen.count, seen.age_s))
 
     def _report(self, messages: list[RiderTapped] | list[RiderLeft] | list[ScoreReport]) -> None:
         for message in messages:

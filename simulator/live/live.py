@@ -4,6 +4,7 @@ from pathlib import Path
 
 from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
 from simulator.fleet import STEP_NS
+from simulator.infrastructure import CrossingCamera
 from simulator.live.bus import LiveBus
 from simulator.live.clock import WALL, Clock
 from simulator.live.control_server import ControlServer, RemotePhones
@@ -66,8 +67,10 @@ class LiveSimulation:
         base_port: int,
         clock: Clock = WALL,
         frame_gap_ns: int = LIVE_FRAME_GAP_NS,
+        cameras: tuple[CrossingCamera, ...] = (),
     ) -> None:
         """folder: of the scan rings. frame_gap_ns: frames closer than that are lost, as on a real bus.
+        cameras: over crossings; whoever subscribes gets their reports.
 
         Raises LiveBusError, DeviceFeedError, ControlError.
         """
@@ -76,7 +79,7 @@ class LiveSimulation:
         self.lost_ns = 0
         self.steps = 0
         self._world = world
-        self._control_server = ControlServer(control_port(base_port), world, phones)
+        self._control_server = ControlServer(control_port(base_port), world, phones, cameras)
         self._wirings = [
             VehicleWiring(vehicle_id, ports_of(number, base_port), folder, clock)
             for number, vehicle_id in enumerate(world.vehicle_ids)

@@ -6,12 +6,14 @@ import pytest
 
 from tests.documented import differing
 from vehicle_agent.can import handshake, module_state
+from vehicle_agent.can.pacmod import consistency, watchdog
 from vehicle_agent.gate.settings import GateSettings
 from vehicle_agent.guard.collision import Avoidance
 from vehicle_agent.guard.guard import Guard
 from vehicle_agent.guard.limits import Limits
 from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
+from vehicle_agent.hmi.signalling import VehicleSignalling
 from vehicle_agent.link import client, clock, outbox, session, upload
 from vehicle_agent.localization.gnss import GnssLocalization
 from vehicle_agent.mission.rules import MissionRules
@@ -23,6 +25,7 @@ from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.runtime.processes import supervisor, tick_process
 from vehicle_agent.signals import rates
 from vehicle_agent.world.area_monitor import AreaMonitor
+from vehicle_agent.world.camera_trust import TrustRules
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.prediction import Predictor
 from vehicle_agent.world.surroundings import Surroundings
@@ -32,13 +35,13 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "onboard": (rates,),
     "guard": (Guard, Avoidance, Limits),
     "gate": (GateSettings,),
-    "can": (handshake, module_state),
+    "can": (handshake, module_state, consistency, watchdog),
     "mission": (MissionRules, StopRules),
     "link": (session, clock, client, outbox, upload),
-    "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld),
+    "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
     "localization": (GnssLocalization,),
-    "hmi": (Announcer, Attention),
+    "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
 }
 

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.guard.imminence import is_any_within, will_touch
+from vehicle_agent.guard.imminence import is_any_within, nearest_beside_m, will_touch
 from vehicle_agent.guard.road_users import rows_of_fleet_vehicles, rows_of_points, rows_of_tracks
 from vehicle_agent.signals import Ego, VehicleMotion, World
 
@@ -23,6 +23,8 @@ class Avoidance(msgspec.Struct, frozen=True):
     release_s               a braking vehicle releases the brake only with this much more response time free
     front_margin_m, margin_m  extra room ahead of the bumper; room on every side
     set_off_mps             a standing vehicle must be free at this speed to set off
+    beside_m, touching_mps  a person nearer to the flank than beside_m allows touching_mps at no distance, and
+                            full_mps at beside_m
     within_m                road users and obstacles farther away are ignored
     """
 
@@ -39,6 +41,9 @@ class Avoidance(msgspec.Struct, frozen=True):
     front_margin_m: float = 0.2
     margin_m: float = 0.1
     set_off_mps: float = 0.5
+    beside_m: float = 0.4
+    touching_mps: float = 1.2
+    full_mps: float = 4.2
     within_m: float = 20.0
 
     @property
@@ -116,6 +121,17 @@ class Avoidance(msgspec.Struct, frozen=True):
         return speed_mps < self.set_off_mps and bool(
             is_any_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m)
         )
+
+    def alongside_mps(self, movers: Array) -> float:
+        """The speed allowed beside people and cyclists at the flanks, inf without any.
+
+        Not a stop: it would not help them, and they walk on along a vehicle that stands. But whoever stumbles
+        or turns at arm's length meets a slow vehicle. Those who are ahead of the bumper are no such people.
+        """
+        gap_m = nearest_beside_m(movers, self.body)
+        if gap_m >= self.beside_m:
+            return math.inf
+        return self.touching_mps + (self.full_mps - self.touching_mps) * max(gap_m, 0.0) / self.beside_m
 
     def may_set_off(self, movers: Array, rows: Array, steer_rad: float) -> bool:
         """No road user is within the footprint and its margins, and nothing is touched at once.

@@ -5,6 +5,7 @@
 - A held vehicle stands still, and a standing vehicle does not roll.
 - Every command is finite and within limits; throttle and brake are never applied together.
 - The vehicle brakes for a contact ahead, just enough, or fully when needed.
+- It passes people at its flanks slowly; they do not stop it.
 - A standing vehicle does not set off while a road user is within its footprint's margins.
 """
 
@@ -142,9 +143,10 @@ class Guard(msgspec.Struct, frozen=True):
             blocked=blocked,
             events=(*changed, *raised, *blocked_events),
         )
+        imminent = intervened == _OBSTACLE and actuation.brake_ratio >= 1.0
         return (
             actuation,
-            GuardStatus(mode, intervened, reported_faults(faults, new.latched), reason, detail),
+            GuardStatus(mode, intervened, reported_faults(faults, new.latched), reason, detail, imminent),
             new,
         )
 
@@ -256,12 +258,12 @@ class Guard(msgspec.Struct, frozen=True):
         if any(fault.code == "tracks_not_finite" for fault in state.faults):
             requests.append((self.slow_ratio, "tracks not finite"))
         else:
-            requests.append(
-                self._collision_brake(state, throttle, ego, motion, world, steer_rad, speed_mps, stands)
+            requests += self._collision_brakes(
+                state, throttle, ego, motion, world, steer_rad, speed_mps, stands
             )
         return requests
 
-    def _collision_brake(
+    def _collision_brakes(
         self,
         state: GuardState,
         throttle: float,
@@ -271,23 +273,32 @@ class Guard(msgspec.Struct, frozen=True):
         steer_rad: float,
         speed_mps: float,
         stands: bool,
-    ) -> tuple[float, str]:
+    ) -> list[tuple[float, str]]:
         movers, obstacles = self.avoidance.road_users(world, ego)
         if len(obstacles) == 0:
-            return 0.0, ""
+            return []
         if stands:
             free = throttle == 0.0 or self.avoidance.may_set_off(movers, obstacles, steer_rad)
-            return (0.0, "") if free else (self.hold_ratio, _CLOSE)
+            return [] if free else [(self.hold_ratio, _CLOSE)]
+        requests = []
         ratio = self.avoidance.brake_ratio(obstacles, ego, motion, steer_rad, speed_mps, state.avoiding)
-        if ratio == 0.0 and self.avoidance.is_creeping_up(movers, speed_mps):
-            return self.hold_ratio, _CLOSE
-        return (ratio, _OBSTACLE) if ratio > 0.0 else (0.0, "")
+        if ratio > 0.0:
+            requests.append((ratio, _OBSTACLE))
+        elif self.avoidance.is_creeping_up(movers, speed_mps):
+            requests.append((self.hold_ratio, _CLOSE))
+        over_mps = speed_mps - self.avoidance.alongside_mps(movers)
+        if over_mps > 0.0:
+            # As gently as it is over: nobody inside falls because somebody walks past outside.
+            requests.append((self.slow_ratio * min(1.0, over_mps / _GENTLY_MPS), _ALONGSIDE))
+        return requests
 
 
-_OBSTACLE, _CLOSE = "obstacle", "somebody close"
+_OBSTACLE, _CLOSE, _ALONGSIDE = "obstacle", "somebody close", "somebody alongside"
 _AVOIDING = (_OBSTACLE, _CLOSE)
 # Overshoot of a healthy speed controller.
 _OVERSHOOT_MPS = 0.3
+# So much above the speed beside people, the brake is the one that comes down to a speed limit.
+_GENTLY_MPS = 0.5
 
 
 def _gate_brakes(motion: VehicleMotion) -> bool:

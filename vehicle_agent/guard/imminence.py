@@ -16,6 +16,8 @@ STEP_S = 0.05
 # A road user who approaches by their own motion counts only up to this far behind the front bumper. Braking
 # does not help a person who walks into the flank, and stops the vehicle among those who follow them.
 FRONT_ZONE_M = 1.5
+# Road users who may leave their way by this much or more are people on foot or on cycles.
+PERSON_SWERVE_MPS2 = 0.4
 _STRAIGHT_1PM = 1e-5
 
 
@@ -126,3 +128,17 @@ def is_any_within(
         if clearance_m(rows[i, 0], rows[i, 1], back, front, half) - rows[i, 4] < margin_m:
             return True
     return False
+
+
+@njit(cache=True)
+def nearest_beside_m(rows: Array, body: tuple[float, float, float]) -> float:
+    """The least distance of a person or cyclist from the body's flanks, inf without one beside it.
+
+    Vehicles keep their lanes; they swerve less than people.
+    """
+    back, front, half = body
+    nearest = math.inf
+    for i in range(rows.shape[0]):
+        if -back <= rows[i, 0] <= front and rows[i, 6] >= PERSON_SWERVE_MPS2:
+            nearest = min(nearest, abs(rows[i, 1]) - half - rows[i, 4])
+    return nearest

@@ -1,10 +1,13 @@
-"""Texts on the screens and announcements, for people outside and inside (GEM, section VII; Snow Lion, rear
-LED and sound player)."""
+"""Texts on screens, signals and announcements, for people outside and inside.
+
+GEM, section VII; Snow Lion, rear LED and sound player.
+"""
 
 import msgspec
 
 from vehicle_agent.hmi import texts
 from vehicle_agent.hmi.attention import Attention, WatchedPerson
+from vehicle_agent.hmi.signalling import SignallingState, VehicleSignalling
 from vehicle_agent.hmi.signs import DisplayState, is_arriving, sign_for
 from vehicle_agent.hmi.speech import COURTESY, NEWS, WARNING, SpeechState
 from vehicle_agent.hmi.texts import BilingualText
@@ -33,10 +36,12 @@ class HmiState(msgspec.Struct, frozen=True):
     announced_ns: int = 0
     doors_open: bool = False
     doors_ns: int = 0
+    signalling: SignallingState = SignallingState()
 
 
 class Announcer(msgspec.Struct, frozen=True):
-    """show_ns     a text stays this long, unless a warning replaces it
+    """signalling  turn signals, headlights and horn
+    show_ns     a text stays this long, unless a warning replaces it
     hysteresis_ns  yielding and passing end when they have been over for this long
     step_aside_ns  a person for whom the vehicle has stood this long is asked to step aside
     aside_again_ns  shortest time between two such sentences
@@ -48,6 +53,7 @@ class Announcer(msgspec.Struct, frozen=True):
     """
 
     attention: Attention
+    signalling: VehicleSignalling = VehicleSignalling()
     show_ns: int = 1_500_000_000
     hysteresis_ns: int = 1_000_000_000
     step_aside_ns: int = 10_000_000_000
@@ -64,7 +70,7 @@ class Announcer(msgspec.Struct, frozen=True):
     def step(
         self, state: HmiState, task: Task, path: Path, world: World, guard_status: GuardStatus, now_ns: int
     ) -> tuple[HmiOutput, HmiState]:
-        """The screens now, and at most one sentence that begins in this tick."""
+        """The screens and signals now, and at most one sentence that begins in this tick."""
         yielding = update_yielding(state.yielding, task, path, guard_status, self.hysteresis_ns, now_ns)
         state = msgspec.structs.replace(state, yielding=yielding)
         driving = guard_status.mode == "autonomous" and task.mode == "drive"
@@ -88,7 +94,9 @@ class Announcer(msgspec.Struct, frozen=True):
             state, speech=speech, announced_ns=max(state.announced_ns, task.announced_ns)
         )
         sign, text = state.display.sign, texts.NO_TEXT if sentence is None else sentence.text
-        return HmiOutput(*sign.front, *text, task.doors_open, *sign.rear), state
+        signals, signalling = self.signalling.step(state.signalling, task, path, guard_status, now_ns)
+        state = msgspec.structs.replace(state, signalling=signalling)
+        return HmiOutput(*sign.front, *text, task.doors_open, *sign.rear, signals), state
 
     def _with_watched(
         self, state: HmiState, task: Task, path: Path, world: World, driving: bool, now_ns: int

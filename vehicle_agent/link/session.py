@@ -224,7 +224,9 @@ class VehicleSession:
         """Queue a message for the mission, with the server's stamps in the vehicle's clock."""
         if isinstance(message, Presence):
             detected_ns = message.server_ns - self._clock.offset_ns
-            self._messages.append(PedestrianPresence(detected_ns, message.area_id, message.count))
+            self._messages.append(
+                PedestrianPresence(detected_ns, message.area_id, message.count, by_server=True)
+            )
         elif isinstance(message, FleetVehicleMessage):
             self._messages.append(
                 FleetVehicle(

@@ -176,6 +176,7 @@ class Mission(msgspec.Struct, frozen=True):
             announcement=state.announcement,
             announced_ns=state.announced_ns,
             refused_ns=state.refused_ns,
+            utc_ns=state.server_now_ns() or 0,
         )
 
 

@@ -8,6 +8,7 @@ from contract.wire.messages import OrderAccepted, OrderRejected, VehicleEvent
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.onboard.state import OnboardState, RoomState
 from vehicle_agent.signals import (
+    NO_SIGNALS,
     Actuation,
     Ages,
     CabinEvent,
@@ -28,6 +29,7 @@ from vehicle_agent.signals import (
     PlanJob,
     Task,
     VehicleMotion,
+    VehicleSignals,
     World,
 )
 
@@ -40,7 +42,7 @@ class Can(Protocol[State]):
         self, state: State, frames: tuple[CanFrame, ...], now_ns: int
     ) -> tuple[VehicleMotion, State]: ...
     def encode(
-        self, state: State, actuation: Actuation, now_ns: int
+        self, state: State, actuation: Actuation, now_ns: int, signals: VehicleSignals = NO_SIGNALS
     ) -> tuple[tuple[CanFrame, ...], State]: ...
 
 

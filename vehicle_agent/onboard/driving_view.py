@@ -27,6 +27,9 @@ def driving_view(flow: Flow) -> DrivingView:
         path=_path(flow.path),
         tracks=_tracks(flow.world, flow.ego.pose_map, frozenset(flow.path.yields_to)),
         areas=_areas(flow.world),
+        turn_signal=flow.motion.turn_signal,
+        headlights=flow.motion.headlights,
+        horn=flow.motion.horn,
     )
 
 

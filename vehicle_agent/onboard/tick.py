@@ -24,8 +24,8 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     actuation, guard_status, grd = car.guard.step(
         state.guard, command, motion, ego, world, task, path, ages(now, motion, ego, detections, path)
     )
-    frames, can = car.can.encode(can, actuation, now)
     hmi_output, hmi = car.hmi.step(state.hmi, task, path, world, guard_status, now)
+    frames, can = car.can.encode(can, actuation, now, hmi_output.signals)
     new = OnboardState(state.tick + 1, can, loc, per, wrl, mis, pln, ctl, grd, hmi)
     events = car.mission.events(mis) + car.guard.events(grd)
     report = status(now, ego, motion, task, path, guard_status, hmi_output)

@@ -8,7 +8,17 @@ In flow order: `arriving` and `inbox` (inputs), `vehicle` and `surroundings` (st
 (task and motion), `acting` (commands and displays), `outputs` (the whole tick).
 """
 
-from vehicle_agent.signals.acting import Actuation, Ages, ControlCommand, Gear, GuardStatus, HmiOutput
+from contract.wire.messages import Headlights, TurnSignal
+from vehicle_agent.signals.acting import (
+    NO_SIGNALS,
+    Actuation,
+    Ages,
+    ControlCommand,
+    Gear,
+    GuardStatus,
+    HmiOutput,
+    VehicleSignals,
+)
 from vehicle_agent.signals.arriving import (
     CYCLIST,
     OTHER,
@@ -66,9 +76,7 @@ from vehicle_agent.signals.vehicle import (
     GATE_BRAKING,
     Ego,
     Fault,
-    Headlights,
     ReportedGear,
-    TurnSignal,
     VehicleMotion,
     fault_report,
 )
@@ -77,6 +85,7 @@ __all__ = [
     "CYCLIST",
     "GATE_BRAKING",
     "NO_PREDICTIONS",
+    "NO_SIGNALS",
     "NO_TRACKS",
     "NO_VIEW",
     "OTHER",
@@ -130,6 +139,7 @@ __all__ = [
     "Trajectory",
     "TurnSignal",
     "VehicleMotion",
+    "VehicleSignals",
     "View",
     "WatchedArea",
     "World",

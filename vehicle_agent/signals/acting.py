@@ -4,7 +4,7 @@ from typing import Literal
 
 import msgspec
 
-from contract.wire.messages import DriveMode
+from contract.wire.messages import DriveMode, Headlights, TurnSignal
 from contract.wire.reasons import HoldReason
 from vehicle_agent.signals.vehicle import Fault
 
@@ -33,17 +33,32 @@ class Actuation(msgspec.Struct, frozen=True):
 
 
 class GuardStatus(msgspec.Struct, frozen=True):
-    """guard: the drive mode, the intervention, the faults, and why the vehicle does not drive by itself."""
+    """guard: the drive mode, the intervention, the faults, and why the vehicle does not drive by itself.
+
+    imminent  the guard brakes fully for a contact ahead
+    """
 
     mode: DriveMode
     intervened: str
     faults: tuple[Fault, ...]
     reason: HoldReason | None = None
     detail: str = ""
+    imminent: bool = False
+
+
+class VehicleSignals(msgspec.Struct, frozen=True):
+    """hmi: turn signals, headlights and horn, as `can` commands them where the by-wire has them."""
+
+    turn: TurnSignal = "none"
+    headlights: Headlights = "off"
+    horn: bool = False
+
+
+NO_SIGNALS = VehicleSignals()
 
 
 class HmiOutput(msgspec.Struct, frozen=True):
-    """hmi: texts for people outside and announcements, each once.
+    """hmi: texts and signals for people outside, and announcements, each once.
 
     screen, rear  the front LED screen, for people ahead, and the rear one, for traffic behind
     announce      set in the one tick in which the sentence begins
@@ -56,6 +71,7 @@ class HmiOutput(msgspec.Struct, frozen=True):
     doors_open: bool
     rear: str = ""
     rear_zh: str = ""
+    signals: VehicleSignals = NO_SIGNALS
 
 
 class Ages(msgspec.Struct, frozen=True):

@@ -113,11 +113,15 @@ class FleetVehicle(msgspec.Struct, frozen=True, tag="fleet_vehicle"):
 
 
 class PedestrianPresence(msgspec.Struct, frozen=True, tag="pedestrian_presence"):
-    """NUS: an infrastructure camera's count of people in an observation area."""
+    """NUS: an infrastructure camera's count of people in an observation area.
+
+    by_server  the server has checked who says so; a datagram of the vehicle's network may be anybody's
+    """
 
     stamp_ns: int
     area_id: str
     count: int
+    by_server: bool = False
 
 
 # Kinds of road users, by number.

@@ -28,6 +28,7 @@ class Task(msgspec.Struct, frozen=True):
     resumed_ns    stamp of an operator's last resume, 0 before; it releases older latched stops
     announcement  an operator's announcement, new when announced_ns grows
     refused_ns    when the seat button was last refused under way, 0 before
+    utc_ns        the server's clock now, 0 before its first word
     """
 
     mode: TaskMode
@@ -53,6 +54,7 @@ class Task(msgspec.Struct, frozen=True):
     announcement: str = ""
     announced_ns: int = 0
     refused_ns: int = 0
+    utc_ns: int = 0
 
 
 class Trajectory(msgspec.Struct, frozen=True):

@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
+from contract.roads.model import Point
 from vehicle_agent.signals.arriving import FleetVehicle, PedestrianPresence
 
 
@@ -84,12 +85,15 @@ class WatchedArea(msgspec.Struct, frozen=True):
     """Road users in, or about to enter, one of the map's observation areas.
 
     track_ids  of moving tracks whose predicted way crosses our lanes in the area
-    reported   an infrastructure camera reports it occupied: a reason to slow, never one to go
+    reported   an infrastructure camera reports it occupied: a reason to slow
+    clear_ns   stamp of the picture by which a camera that is believed saw nobody in `outline`, 0 without one
     """
 
     area_id: str
     track_ids: tuple[int, ...]
     reported: bool = False
+    clear_ns: int = 0
+    outline: tuple[Point, ...] = ()
 
 
 class World(msgspec.Struct, frozen=True):

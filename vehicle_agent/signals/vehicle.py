@@ -5,7 +5,7 @@ from typing import Literal
 import msgspec
 
 from contract.geometry import Pose2
-from contract.wire.messages import FaultReport
+from contract.wire.messages import FaultReport, Headlights, TurnSignal
 from contract.wire.reasons import FaultCode, FaultSeverity
 
 
@@ -18,8 +18,6 @@ class Fault(msgspec.Struct, frozen=True):
 
 
 ReportedGear = Literal["park", "reverse", "neutral", "drive", "low"]
-TurnSignal = Literal["right", "none", "left", "hazard"]
-Headlights = Literal["off", "low", "high"]
 
 # The fault of the gate's own braking; the gate releases the brake only after a new by-wire request.
 GATE_BRAKING = "gate_braking"

@@ -39,7 +39,7 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
         ),
         control=waypoint_control(profile),
         guard=guard(profile),
-        hmi=announcer(profile),
+        hmi=announcer(profile, road_map),
     )
 
 

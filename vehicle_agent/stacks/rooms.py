@@ -2,6 +2,7 @@
 
 import math
 
+from contract.roads.model import RoadMap
 from vehicle_agent.brake_map import BrakeMap
 from vehicle_agent.config import Profile
 from vehicle_agent.control.waypoint.brake_gain import BrakeGain
@@ -17,6 +18,7 @@ from vehicle_agent.guard.guard import Guard
 from vehicle_agent.guard.limits import Limits as GuardLimits
 from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
+from vehicle_agent.hmi.signalling import VehicleSignalling, turns_of
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.mission.sections import VehicleExtent
@@ -47,11 +49,24 @@ def cells(profile: Profile) -> HeightMapPerception:
     )
 
 
-def announcer(profile: Profile) -> Announcer:
-    """Screens and announcements for the vehicle's outline, as its profile wants them."""
-    body, announcing = profile.body, profile.announcing
+def announcer(profile: Profile, road_map: RoadMap | None = None) -> Announcer:
+    """Screens, signals and announcements for the vehicle's outline, as its profile wants them.
+
+    road_map  where it turns off, and where the sun stands; None: it signals no turns, and its lights are on
+    """
+    body, announcing, signalling = profile.body, profile.announcing, profile.signalling
+    origin = None if road_map is None else road_map.origin
     return Announcer(
         Attention(front_m=body.front_overhang_m, half_width_m=0.5 * body.width_m, ahead_m=announcing.ahead_m),
+        VehicleSignalling(
+            turns={} if road_map is None else turns_of(road_map.lanes),
+            kerb=signalling.kerb,
+            turn_ahead_m=signalling.turn_ahead_m,
+            stop_ahead_m=signalling.stop_ahead_m,
+            headlights=signalling.headlights,
+            horn=signalling.horn,
+            place_deg=None if origin is None else (origin.latitude_deg, origin.longitude_deg),
+        ),
         step_aside_ns=round(announcing.step_aside_s * 1e9),
         aside_again_ns=round(announcing.aside_again_s * 1e9),
         courtesy_ns=round(announcing.courtesy_s * 1e9),

@@ -47,7 +47,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
         ),
         control=control(profile),
         guard=guard(profile),
-        hmi=announcer(profile),
+        hmi=announcer(profile, road_map),
     )
 
 

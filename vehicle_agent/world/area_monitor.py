@@ -2,6 +2,8 @@
 infrastructure sensors)."""
 
 import math
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 
 import msgspec
 import numpy as np
@@ -9,7 +11,9 @@ import numpy as np
 from contract.geometry import Array, Pose2
 from contract.roads.areas import inside, outline_array
 from contract.roads.model import ObservationArea
-from vehicle_agent.signals import PedestrianPresence, Predictions, Tracks, WatchedArea
+from vehicle_agent.signals import PEDESTRIAN, PedestrianPresence, Predictions, Tracks, WatchedArea
+
+_NOTHING_CLEAR: Mapping[str, int] = MappingProxyType({})
 
 
 class AreaMonitor(msgspec.Struct, frozen=True):
@@ -30,8 +34,12 @@ class AreaMonitor(msgspec.Struct, frozen=True):
         tracks: Tracks,
         predictions: Predictions,
         presence: tuple[PedestrianPresence, ...],
+        clear_ns: Mapping[str, int] = _NOTHING_CLEAR,
     ) -> tuple[WatchedArea, ...]:
-        """The areas near the vehicle, in map order; outlines: (n, 2) each, in the order of `areas`."""
+        """The areas near the vehicle, in map order; outlines: (n, 2) each, in the order of `areas`.
+
+        clear_ns: when a camera that is believed saw nobody there, by area
+        """
         reported = {report.area_id for report in presence if report.count > 0}
         steps = [0]
         if len(predictions.times_s) > 1:
@@ -50,8 +58,27 @@ class AreaMonitor(msgspec.Struct, frozen=True):
                 is_coming |= inside(outline, points)
             is_coming &= speeds >= self.moving_mps
             ids = tuple(int(number) for number in tracks.ids[is_coming])
-            watched_areas.append(WatchedArea(area.area_id, ids, area.area_id in reported))
+            free_ns = clear_ns.get(area.area_id, 0)
+            outlined = area.outline if free_ns else ()
+            watched_areas.append(WatchedArea(area.area_id, ids, area.area_id in reported, free_ns, outlined))
         return tuple(watched_areas)
+
+
+def with_people(
+    areas: tuple[ObservationArea, ...],
+    outlines: tuple[Array, ...],
+    reporting: Collection[str],
+    tracks: Tracks,
+) -> frozenset[str]:
+    """Ids of the areas with a camera (`reporting`) in which the vehicle tracks somebody, also standing."""
+    people = np.ascontiguousarray(tracks.poses_map[tracks.kinds == PEDESTRIAN, :2])
+    if not len(people):
+        return frozenset()
+    return frozenset(
+        area.area_id
+        for area, outline in zip(areas, outlines, strict=True)
+        if area.area_id in reporting and bool(inside(outline, people).any())
+    )
 
 
 def outlines_of(areas: tuple[ObservationArea, ...]) -> tuple[Array, ...]:

@@ -23,7 +23,8 @@ from vehicle_agent.signals import (
     WatchedArea,
     World,
 )
-from vehicle_agent.world.area_monitor import AreaMonitor, outlines_of
+from vehicle_agent.world.area_monitor import AreaMonitor, outlines_of, with_people
+from vehicle_agent.world.camera_trust import CameraTrust, TrustRules
 from vehicle_agent.world.prediction import Predictor
 from vehicle_agent.world.surroundings import Surroundings, SurroundingsState
 from vehicle_agent.world.view import VisibilityParams, points_on_walls
@@ -47,6 +48,7 @@ class ObservedWorldState(msgspec.Struct, frozen=True):
     view: View = NO_VIEW
     occupied_stops: tuple[str, ...] = ()
     watched: tuple[WatchedArea, ...] = ()
+    cameras: tuple[CameraTrust, ...] = ()
 
 
 class ObservedWorld:
@@ -65,6 +67,7 @@ class ObservedWorld:
         track_margin_m: float = 0.35,
         area_monitor: AreaMonitor | None = None,
         walls_from_map: bool = False,
+        trust_rules: TrustRules = TrustRules(),
     ) -> None:
         self._network = network
         self._surroundings = surroundings
@@ -75,6 +78,7 @@ class ObservedWorld:
         self._areas = network.road_map.observation_areas
         self._outlines = outlines_of(self._areas)
         self._walls_from_map = walls_from_map
+        self._trust_rules = trust_rules
         self._edges = wall_edges(network.road_map.buildings)
         stops = [network.pose(stop.lane_id, stop.s_m) for stop in network.road_map.stops]
         self._stop_ids = tuple(stop.stop_id for stop in network.road_map.stops)
@@ -128,6 +132,10 @@ class ObservedWorld:
             tracks.velocities_map_mps,
         )
         predictions = self._predictor.predictions(tracks, self._network)
+        reporting = frozenset(report.area_id for report in basic.presence)
+        tracked_in = with_people(self._areas, self._outlines, reporting, tracks) if reporting else reporting
+        cameras = self._trust_rules.update(state.cameras, basic.presence, tracked_in)
+        clear_ns = {trust.area_id: self._trust_rules.clear_ns(trust, basic.stamp_ns) for trust in cameras}
         return msgspec.structs.replace(
             state,
             computed_ns=newest_ns,
@@ -135,8 +143,9 @@ class ObservedWorld:
             tracks=tracks,
             predictions=predictions,
             watched=self._area_monitor.watched(
-                self._areas, self._outlines, ego.pose_map, tracks, predictions, basic.presence
+                self._areas, self._outlines, ego.pose_map, tracks, predictions, basic.presence, clear_ns
             ),
+            cameras=cameras,
             view=self._visibility.view(ego.pose_map, points, tracks, self._edges),
             occupied_stops=self._occupied_stops(tracks, ego.pose_map),
         )

@@ -104,7 +104,7 @@ def _take_newer(presence: dict[str, PedestrianPresence], message: PedestrianPres
 
     A stamp in the future, from clocks that differ, counts as now, so that the report ends in time.
     """
-    message = PedestrianPresence(min(message.stamp_ns, now_ns), message.area_id, message.count)
+    message = msgspec.structs.replace(message, stamp_ns=min(message.stamp_ns, now_ns))
     known = presence.get(message.area_id)
     if known is None or message.stamp_ns >= known.stamp_ns:
         presence[message.area_id] = message

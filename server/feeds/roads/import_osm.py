@@ -35,6 +35,7 @@ from server.feeds.roads.osm.ground import Ground
 from server.feeds.roads.osm.osm_file import Bounds, OsmData, read_osm
 from server.feeds.roads.osm.way_segments import RoadPlan, WaySegment, drivable_segments
 from server.feeds.roads.places.areas import observation_areas
+from server.feeds.roads.places.parking import tag_parking
 from server.feeds.roads.places.resting import resting_places
 from server.feeds.roads.places.stops import place_stops
 
@@ -201,6 +202,9 @@ def _finish(
         observation_areas=observation_areas(data, frame, drafts),
     )
     road_map = _with_resting_places(road_map, log)
+    # Only now: nobody should rest before the way out of a car park.
+    log.repairs += tag_parking(data, frame, found, drafts)
+    road_map = msgspec.structs.replace(road_map, lanes=tuple(finished_lane(draft) for draft in drafts))
     road_map = with_version(msgspec.structs.replace(road_map, repairs=tuple(log.repairs)))
     defects = problems(road_map)
     if defects:

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contract.geometry import Array, arc_lengths, project, resample
+from contract.geometry import Array, arc_lengths, pose_at, project, resample
 from contract.roads.load import with_version
-from contract.roads.model import Origin, RoadMap, Stop, TimetableTrip
+from contract.roads.model import ObservationArea, Origin, Point, RoadMap, Scenario, Stop, TimetableTrip
 from contract.roads.section_graph import SectionGraph
 from server.feeds.roads.lanes import curves, sections
 from server.feeds.roads.lanes.drafts import LaneDraft, finished_lane
 from server.feeds.roads.lanes.smoothing import smooth
+from server.feeds.roads.places.areas import crossing_areas
 from server.feeds.roads.places.resting import rest
 
 AVERAGE_SPEED_MPS = 7.41 / 3.6
@@ -46,6 +47,15 @@ _BAY_RAMP_M = 20.0
 _BAY_OUT_M = 3.2
 _LOOP_RADIUS_M = 7.0
 _LOOP_CURVATURE_1PM = 1.0 / 5.6
+# People cross behind each station, where a shuttle that stands there does not hide them.
+_CROSSING_BEFORE_M = 12.0
+# The loops at the ends lie in the depots' yards; where shuttles turn in mid-road, they cross the other lane.
+_SCENARIOS: dict[str, Scenario] = {
+    "turn-west-end": "parking_lot",
+    "turn-east-end": "parking_lot",
+    "turn-C6": "unprotected_intersection",
+    "turn-SE13": "unprotected_intersection",
+}
 
 
 def seconds(clock: str) -> int:
@@ -161,6 +171,7 @@ def _turnaround(lane_id: str, before: LaneDraft, after: LaneDraft, left_first: b
     points = smooth(arcs, _LOOP_CURVATURE_1PM)
     assert points is not None
     draft = _draft(lane_id, "turnaround", points)
+    draft.scenario = _SCENARIOS[lane_id]
     before.successors.append(lane_id)
     draft.successors.append(after.lane_id)
     return draft
@@ -208,6 +219,16 @@ def _network() -> tuple[list[LaneDraft], _Line]:
     return [*lanes, *east.bays, *west.bays, *turns], east
 
 
+def _crossings(drafts: list[LaneDraft], east: _Line) -> tuple[ObservationArea, ...]:
+    """One over both lanes before each station."""
+    places: list[tuple[str, Point]] = []
+    for name, s_m in zip(STATIONS, station_s_m(), strict=True):
+        x, y, yaw = pose_at(east.points, east.s, s_m - _CROSSING_BEFORE_M)
+        half_m = 0.5 * _LANE_GAP_M
+        places.append((f"crossing-{name}", (x - half_m * math.sin(yaw), y + half_m * math.cos(yaw))))
+    return crossing_areas(drafts, places, _LANE_GAP_M + _WIDTH_M)
+
+
 def snow_lion_map() -> RoadMap:
     """The schematic map, complete and versioned."""
     drafts, east = _network()
@@ -232,5 +253,6 @@ def snow_lion_map() -> RoadMap:
             timezone="Asia/Shanghai",
             schematic=True,
             attribution="Stations and timetable: Table 1 of the Snow Lion paper; the geometry is invented",
+            observation_areas=_crossings(drafts, east),
         )
     )

@@ -5,10 +5,13 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from contract.geometry import Pose2
+from contract.roads.model import ObservationArea
 from simulator.control import (
+    CameraReported,
     PersonPlaced,
     RideAssigned,
     RiderComes,
@@ -21,6 +24,7 @@ from simulator.control import (
     decode_from_simulation,
     encode,
 )
+from simulator.infrastructure import CameraParams, CrossingCamera
 from simulator.live.bus import LiveBus, LiveBusError, channel_of
 from simulator.live.control_server import ControlError, ControlServer, RemotePhones
 from simulator.live.live import LiveSimulation, scan_ring_path
@@ -73,10 +77,10 @@ class Listener:
 class ControlRig:
     """A control server over a world without people, and one subscriber."""
 
-    def __init__(self) -> None:
+    def __init__(self, cameras: tuple[CrossingCamera, ...] = ()) -> None:
         self.phones = RemotePhones()
         self.world = a_world(self.phones, WorldOptions(traffic=TrafficParams(), lidar=False))
-        self.server = ControlServer(BASE_PORT, self.world, self.phones)
+        self.server = ControlServer(BASE_PORT, self.world, self.phones, cameras)
         self.listener = Listener(BASE_PORT)
 
     def close(self) -> None:
@@ -118,6 +122,20 @@ def test_a_rider_booked_from_outside_rides_and_is_reported(rig: ControlRig) -> N
         rig.server.step(k * 20_000_000, report_scores=False)
         received.extend(rig.listener.receive())
     assert received == [RiderTapped("r1", "board"), RiderTapped("r1", "alight"), RiderLeft("r1")]
+
+
+def test_what_a_crossing_s_camera_sees_goes_to_subscribers() -> None:
+    outline = ((69.0, 2.0), (71.0, 2.0), (71.0, 4.0), (69.0, 4.0))
+    area = ObservationArea("crossing-1", "crossing", outline, ())
+    exact = CameraParams(miss=0.0, ghost=0.0, dropout=0.0)
+    rig = ControlRig((CrossingCamera(area, exact, np.random.default_rng(1)),))
+    rig.listener.send(Subscribe(), PersonPlaced(70.0, 3.0))
+    for k in range(30):
+        rig.server.step(k * 20_000_000, report_scores=False)
+    reports = rig.listener.receive()
+    rig.close()
+    assert [type(message) for message in reports] == [CameraReported] * 3
+    assert {message.count for message in reports if isinstance(message, CameraReported)} == {1}
 
 
 def test_scores_go_to_subscribers_only(rig: ControlRig) -> None:

@@ -422,3 +422,44 @@ def test_the_steering_follows_a_command_at_the_rate_of_the_steering_also_after_a
     assert bench.step(wish=turning)[0].steer_rad == pytest.approx(rate * 0.02)
     assert bench.step(wish=turning, tick_ns=40_000_000)[0].steer_rad == pytest.approx(rate * 0.06)
     assert bench.step(wish=turning, tick_ns=400_000_000)[0].steer_rad == pytest.approx(rate * 0.16)
+
+
+def beside(gap_m: float, walks_mps: float = 1.2) -> Tracks:
+    """Somebody who walks along the middle of the vehicle."""
+    y_m = 0.5 * Profile().body.width_m + 0.25 + gap_m
+    return Tracks(
+        0,
+        np.array([1]),
+        np.array([PEDESTRIAN]),
+        np.array([[1.0, y_m, 0.0]]),
+        np.array([[walks_mps, 0.0]]),
+        np.array([[0.5, 0.5]]),
+    )
+
+
+def beside_at(gap_m: float, speed_mps: float) -> tuple[Actuation, GuardStatus]:
+    bench = driving()
+    tracks = msgspec.structs.replace(beside(gap_m), stamp_ns=bench.now_ns + TICK_NS)
+    return bench.step(tracks=tracks, ego_speed_mps=speed_mps, motion_speed_mps=speed_mps)
+
+
+@pytest.mark.parametrize(
+    ("gap_m", "speed_mps", "brakes"),
+    [(0.05, 3.0, True), (0.05, 1.5, False), (0.05, 1.0, False), (0.3, 3.0, False), (0.5, 3.0, False)],
+)
+def test_people_at_the_flank_are_passed_slowly(gap_m: float, speed_mps: float, brakes: bool) -> None:
+    act, verdict = beside_at(gap_m, speed_mps)
+    assert (act.brake_ratio > 0.0) is brakes
+    assert verdict.intervened == ("somebody alongside" if brakes else "")
+    assert act.brake_ratio <= GUARD.slow_ratio, "nobody inside falls"
+
+
+def test_people_who_walk_along_all_the_time_slow_the_vehicle_and_never_stop_it() -> None:
+    """A crowd that keeps to its side for a minute: it ends at a walk, not at a stand."""
+    bench, speed_mps = driving(), 3.0
+    for _ in range(3000):
+        tracks = msgspec.structs.replace(beside(0.02, speed_mps), stamp_ns=bench.now_ns + TICK_NS)
+        act, _ = bench.step(tracks=tracks, ego_speed_mps=speed_mps, motion_speed_mps=speed_mps)
+        accel_mps2 = -2.0 * act.brake_ratio if act.brake_ratio > 0.0 else 0.5
+        speed_mps = max(0.0, speed_mps + 0.02 * accel_mps2)
+    assert 0.9 < speed_mps < 1.6

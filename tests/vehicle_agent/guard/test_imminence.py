@@ -250,3 +250,32 @@ def test_who_stands_ahead_may_have_stepped_nearer_by_the_end_of_braking(
     person = np.array([[FRONT + reach_m + ahead_m, 0.0, 0.0, 0.0, 0.0, 3.0, 0.5]])
     body = (BODY.rear_overhang_m, FRONT, HALF)
     assert will_touch(person, 0.0, 10.0, 0.0, 0.0, 5.0, body, 0.0, 0.1) == touched
+
+
+def alongside_mps(tracks: Tracks) -> float:
+    ego = Ego(NOW_NS, Pose2(0.0, 0.0, 0.0), 3.0, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
+    world = World(NOW_NS, NOW_NS, np.empty((0, 2)), (), (), False, tracks)
+    movers, _ = AVOIDANCE.road_users(world, ego)
+    return AVOIDANCE.alongside_mps(movers)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("gap", "allowed_mps"), [(-0.1, 1.2), (0.0, 1.2), (0.1, 1.95), (0.2, 2.7), (0.39, 4.1), (0.41, math.inf)]
+)
+def test_the_nearer_somebody_walks_beside_the_vehicle_the_slower_it_passes(
+    side: float, gap: float, allowed_mps: float
+) -> None:
+    for x in (-0.5, 1.0, FRONT - 0.1):
+        beside = a_track(x, side * (HALF + 0.25 + gap), 1.2)
+        assert alongside_mps(beside) == pytest.approx(allowed_mps, abs=0.05)
+
+
+def test_a_cyclist_beside_the_vehicle_counts_and_a_vehicle_in_the_next_lane_does_not() -> None:
+    assert alongside_mps(a_track(1.0, HALF + 0.3 + 0.1, 3.0, kind=CYCLIST)) == pytest.approx(1.95, abs=0.05)
+    assert alongside_mps(a_track(1.0, HALF + 0.815 + 0.1, 3.0, kind=VEHICLE)) == math.inf
+
+
+@pytest.mark.parametrize("x", [FRONT + 0.3, -BODY.rear_overhang_m - 0.3])
+def test_people_before_the_bumper_and_behind_the_vehicle_are_not_alongside(x: float) -> None:
+    assert alongside_mps(a_track(x, HALF + 0.3)) == math.inf

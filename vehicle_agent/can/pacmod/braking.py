@@ -4,7 +4,7 @@ import msgspec
 
 from vehicle_agent.can.braking import CommandedActuation, CommandSetError, Values, unpacked_set
 from vehicle_agent.can.dbc import MessageLayout, layouts
-from vehicle_agent.can.pacmod.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS
+from vehicle_agent.can.pacmod.commands import COMMANDS, COUNTER_STEPS, FRAME_GAP_NS, TURN_CODE
 from vehicle_agent.can.steering_column import front_from_wheel
 from vehicle_agent.config import SteeringColumn
 from vehicle_agent.signals import CanFrame
@@ -21,7 +21,7 @@ class PacmodBraking(msgspec.Struct, frozen=True):
         return frozenset(layouts()[name].arbitration_id for name in COMMANDS)
 
     def commanded(self, frames: tuple[CanFrame, ...]) -> CommandedActuation:
-        """The actuation of six commands in order.
+        """The actuation of the nine commands in order.
 
         Counters, complements and enable bits must match; pedals are within 0..1 and never both pressed.
         """
@@ -56,6 +56,11 @@ class PacmodBraking(msgspec.Struct, frozen=True):
                 values["position"] = 0.0
             if name == "brake_command":
                 values["position"] = brake_ratio if values["enable"] else 0.0
+            if name == "turn_command":
+                # Nobody steers by a plan any more; traffic behind must know.
+                values["turn_signal"] = TURN_CODE["hazard"] if values["enable"] else TURN_CODE["none"]
+            if name == "horn_command":
+                values["horn"] = 0.0
             frames.append(CanFrame(now_ns + i * FRAME_GAP_NS, frame.arbitration_id, known[name].pack(values)))
         return tuple(frames)
 

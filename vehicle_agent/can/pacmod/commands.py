@@ -1,4 +1,4 @@
-"""The six command frames of a tick."""
+"""The nine command frames of a tick."""
 
 import msgspec
 
@@ -6,11 +6,21 @@ from vehicle_agent.can.dbc import layouts
 from vehicle_agent.can.handshake import Handshake
 from vehicle_agent.can.steering_column import wheel_from_front
 from vehicle_agent.config import SteeringColumn
-from vehicle_agent.signals import Actuation, CanFrame, Gear
+from vehicle_agent.signals import (
+    NO_SIGNALS,
+    Actuation,
+    CanFrame,
+    Gear,
+    Headlights,
+    TurnSignal,
+    VehicleSignals,
+)
 
 FRAME_GAP_NS = 500_000
 COUNTER_STEPS = 16
 GEAR_CODE: dict[Gear, int] = {"park": 0, "reverse": 1, "neutral": 2, "drive": 3}
+TURN_CODE: dict[TurnSignal, int] = {"right": 0, "none": 1, "left": 2, "hazard": 3}
+HEADLIGHT_CODE: dict[Headlights, int] = {"off": 0, "low": 1, "high": 2}
 COMMANDS = (
     "global_command",
     "supervisory_command",
@@ -18,7 +28,12 @@ COMMANDS = (
     "brake_command",
     "shift_command",
     "steering_command",
+    "turn_command",
+    "horn_command",
+    "headlight_command",
 )
+# Commands without which by-wire ends; the others are for people outside.
+DRIVING_COMMANDS = COMMANDS[:6]
 
 
 class CommandEncoder(msgspec.Struct, frozen=True):
@@ -28,7 +43,13 @@ class CommandEncoder(msgspec.Struct, frozen=True):
     wheel_rate_radps: float
 
     def frames(
-        self, actuation: Actuation, handshake: Handshake, counter: int, clear_faults: bool, now_ns: int
+        self,
+        actuation: Actuation,
+        handshake: Handshake,
+        counter: int,
+        clear_faults: bool,
+        now_ns: int,
+        signals: VehicleSignals = NO_SIGNALS,
     ) -> tuple[CanFrame, ...]:
         """Frames in sending order; `stamp_ns` is each frame's sending time, `FRAME_GAP_NS` apart.
 
@@ -48,6 +69,9 @@ class CommandEncoder(msgspec.Struct, frozen=True):
                 "wheel_angle": wheel_from_front(self.steering, actuation.steer_rad),
                 "wheel_rate": self.wheel_rate_radps,
             },
+            {**enable, "turn_signal": TURN_CODE[signals.turn]},
+            {**enable, "horn": signals.horn and is_on},
+            {**enable, "headlights": HEADLIGHT_CODE[signals.headlights]},
         )
         known = layouts()
         return tuple(

@@ -8,6 +8,7 @@ import msgspec
 from contract.wire.reasons import FaultCode
 from vehicle_agent.can.dbc import FrameError, MessageLayout, SignalLayout, layouts
 from vehicle_agent.can.pacmod.subsystems import Subsystems, take_subsystems
+from vehicle_agent.can.pacmod.watchdog import Watchdog, take_watchdog
 from vehicle_agent.can.speed_plausibility import is_doubted
 from vehicle_agent.signals import CanFrame
 
@@ -78,11 +79,13 @@ class Reports(msgspec.Struct, frozen=True):
     """Newest value of each report; `*_ns` are arrival stamps, 0 before the first.
 
     subsystems               the status byte of each subsystem's report
+    watchdog                 what the watchdog and the components report
     gear, turn_signal, horn, headlights  codes as in the DBC
     doubted_mps, doubted_ns  a speed report that is not plausible yet
     """
 
     subsystems: Subsystems = Subsystems()
+    watchdog: Watchdog = Watchdog()
 
     enabled: float = 0.0
     override_active: float = 0.0
@@ -141,13 +144,15 @@ class Reports(msgspec.Struct, frozen=True):
     @property
     def faulted(self) -> bool:
         """The module as a whole is at fault, or has disabled all its systems."""
-        return bool(self.fault_active or self.config_fault or self.system_fault or self.disable_all)
+        module = self.fault_active or self.config_fault or self.system_fault or self.disable_all
+        return bool(module) or self.watchdog.faulted
 
     @property
     def timed_out(self) -> bool:
         """The module, or a subsystem of it, misses frames that it needs."""
         module = self.computer_timeout or self.subsystem_timeout or self.vehicle_timeout
-        return bool(module or self.steering_timeout or self.brake_timeout) or self.subsystems.timed_out
+        parts = self.subsystems.timed_out or self.watchdog.timed_out
+        return bool(module or self.steering_timeout or self.brake_timeout) or parts
 
 
 class _Reader(msgspec.Struct, frozen=True):
@@ -174,6 +179,9 @@ def take_reports(reports: Reports, frames: tuple[CanFrame, ...]) -> Reports:
     are noted as malformed and change nothing else; the status byte of such a report still counts.
     """
     readers = _readers()
+    watchdog = take_watchdog(reports.watchdog, frames)
+    if watchdog is not reports.watchdog:
+        reports = msgspec.structs.replace(reports, watchdog=watchdog)
     values: dict[str, Any] | None = None
     heard: set[int] = set()
     for frame in frames:

@@ -16,7 +16,7 @@ DRIVING: dict[str, FaultCode] = {
     "shift_report": "bywire_shift_fault",
     "steering_report": "bywire_steering_fault",
 }
-# What people outside see and hear; the vehicle drives on and the fault is reported.
+# What people outside see and hear; the vehicle drives on without them and the fault is reported.
 SIGNALLING: dict[str, FaultCode] = {
     "turn_report": "bywire_signal_fault",
     "horn_report": "bywire_signal_fault",
@@ -85,16 +85,17 @@ class Subsystems(msgspec.Struct, frozen=True):
             for subsystem in self._driving()
         )
 
-    def faults(self) -> list[ActiveFault]:
-        """(code, severity) of the subsystems' faults.
+    def faults(self, enabled: bool) -> list[ActiveFault]:
+        """(code, severity) of the subsystems' faults. enabled: the module has the vehicle.
 
-        A subsystem that reports an override and keeps control is at fault: the driver has no vehicle.
+        A subsystem that reports an override and keeps control is at fault: the driver has no vehicle. Signals
+        that miss their commands while the module drives are dark, which nobody would notice otherwise.
         """
         found: dict[FaultCode, ActiveFault] = {}
         for name, subsystem in zip(SUBSYSTEMS, self.each, strict=True):
             if name in DRIVING and (subsystem.faulted or (subsystem.overridden and subsystem.enabled)):
                 found[DRIVING[name]] = (DRIVING[name], "stop")
-            elif name in SIGNALLING and subsystem.faulted:
+            elif name in SIGNALLING and (subsystem.faulted or (enabled and subsystem.timed_out)):
                 found[SIGNALLING[name]] = (SIGNALLING[name], "warning")
         return list(found.values())
 

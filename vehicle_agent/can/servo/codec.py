@@ -17,7 +17,7 @@ from vehicle_agent.can.servo.commands import (
 from vehicle_agent.can.servo.reports import ServoReports, encoder_ratio, take_reports
 from vehicle_agent.can.steering_column import front_from_wheel, wheel_rate_radps
 from vehicle_agent.config import Body, ByWire, Limits, Profile, SteeringColumn
-from vehicle_agent.signals import Actuation, CanFrame, VehicleMotion
+from vehicle_agent.signals import NO_SIGNALS, Actuation, CanFrame, VehicleMotion, VehicleSignals
 
 
 class ServoState(CodecState, frozen=True):
@@ -61,9 +61,9 @@ class ServoCart(msgspec.Struct, frozen=True):
         return motion, state
 
     def encode(
-        self, state: ServoState, actuation: Actuation, now_ns: int
+        self, state: ServoState, actuation: Actuation, now_ns: int, signals: VehicleSignals = NO_SIGNALS
     ) -> tuple[tuple[CanFrame, ...], ServoState]:
-        """All command frames of this tick, from this tick's actuation alone.
+        """All command frames of this tick, from this tick's actuation alone; the cart has no signals by wire.
 
         FrameError for a command that is not finite: frames end and the gate brakes.
         """

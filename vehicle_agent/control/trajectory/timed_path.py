@@ -99,7 +99,8 @@ def nearest(
     """(s in m, offset in m, left positive) of (x, y) relative to the rows within window_m of near_m.
 
     Between rows the path is an arc; the offset is measured from the arc. Before the first and behind the last
-    row it is straight.
+    row it is straight along that row's yaw: the rows of a stop end so close together that the chord between
+    them may point anywhere, also backwards.
     """
     k = rows.shape[0]
     best, position, offset = np.inf, s[0], 0.0
@@ -113,18 +114,23 @@ def nearest(
         bx, by = rows[i + 1, X] - ax, rows[i + 1, Y] - ay
         chord = math.hypot(bx, by)
         px, py = x_m - ax, y_m - ay
-        u = (px * bx + py * by) / (chord * chord)
-        first, last = i == 0, i == k - 2 or s[k - 1] - s[i + 1] <= 1e-9
-        t = u if (first and u < 0.0) or (last and u > 1.0) else min(max(u, 0.0), 1.0)
+        t = min(max((px * bx + py * by) / (chord * chord), 0.0), 1.0)
         ex, ey = px - t * bx, py - t * by
         distance = ex * ex + ey * ey
         if distance < best:
             best = distance
             side = (bx * py - by * px) / chord
-            inside = min(max(t, 0.0), 1.0)
-            kappa = rows[i, CURVATURE] + inside * (rows[i + 1, CURVATURE] - rows[i, CURVATURE])
-            offset = side + 0.5 * kappa * chord * chord * inside * (1.0 - inside)
+            kappa = rows[i, CURVATURE] + t * (rows[i + 1, CURVATURE] - rows[i, CURVATURE])
+            offset = side + 0.5 * kappa * chord * chord * t * (1.0 - t)
             position = s[i] + t * length
+    for i, way in ((0, -1.0), (k - 1, 1.0)):
+        if not near_m - window_m <= s[i] <= near_m + window_m:
+            continue
+        cos, sin = math.cos(rows[i, YAW]), math.sin(rows[i, YAW])
+        px, py = x_m - rows[i, X], y_m - rows[i, Y]
+        along, side = cos * px + sin * py, cos * py - sin * px
+        if way * along > 0.0 and side * side < best:
+            best, position, offset = side * side, s[i] + along, side
     return position, offset
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from contract.geometry import Array, project
 from contract.wire.reasons import SpeedLimitReason
+from vehicle_agent.planning.behaviour.cleared_ground import with_cleared_ground
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules, YieldDecision, yielding
 from vehicle_agent.planning.behaviour.occlusion import (
     OcclusionRules,
@@ -35,6 +36,7 @@ from vehicle_agent.signals import PEDESTRIAN, Corridor, PlanJob
 _CELL_RADIUS_M = 0.12
 _CELL_M = 0.3
 _DISC_REACH_M = 6.0
+_HIDDEN_STEP_M = 0.25
 
 
 class BehaviourRules(msgspec.Struct, frozen=True):
@@ -316,7 +318,18 @@ def _occlusion_limits(
     )
     sight = Sight(view.x_m, view.y_m, view.yaw_rad, job.view.ranges_m)
     solid = np.ascontiguousarray(discs[:, :2])
-    hidden = hidden_beside(path, sight, solid, rules.half_width_m, rules.hidden_reach_m, 0.25)
+    hidden = hidden_beside(path, sight, solid, rules.half_width_m, rules.hidden_reach_m, _HIDDEN_STEP_M)
+    if any(area.clear_ns for area in job.watched):
+        hidden = with_cleared_ground(
+            hidden,
+            path,
+            job.watched,
+            job.stamp_ns,
+            rules.half_width_m,
+            rules.hidden_reach_m,
+            _HIDDEN_STEP_M,
+            rules.run_mps,
+        )
     limits: Array = occlusion_speeds(hidden, step_m, max(job.speed_mps_max, 0.1), rules.occlusion)
     return limits
 

@@ -5,6 +5,9 @@ From a distance D to go they come into sight h(D) beside it: the nearer the vehi
 the path after t(D) = h(D) / v_run. The vehicle meets no one if it can stop within D, or has passed by then:
 v t_react + v^2 / 2b <= D, or v t(D) >= D. Where neither holds at the highest v, the limit makes the first
 hold. With h held fixed this is the GEM paper's side clearance: 1.15 m at 3 m/s.
+
+Where an infrastructure camera has seen that the ground is free, a runner comes from beyond it. The camera may
+be wrong, so somebody who walks may still come from any hidden place.
 """
 
 import math
@@ -17,7 +20,8 @@ from contract.geometry import Array
 
 # Columns of a hidden place: distance from the body's side, and its hiding corner: how far before the place
 # along the line, and how far beside the path.
-H_BESIDE, H_CORNER_BEFORE, H_CORNER_BESIDE = range(3)
+# H_CLEARED: to this far beside the body a camera has seen that nobody is there.
+H_BESIDE, H_CORNER_BEFORE, H_CORNER_BESIDE, H_CLEARED = range(4)
 _SOLID_M = 0.4
 
 
@@ -46,6 +50,7 @@ class OcclusionRules(NamedTuple):
 
     front_m, sensor_behind_m  bumper ahead of the rear axle; from the bumper back to the sensor
     run_mps                   how fast a person comes from a hidden place
+    walk_mps                  the same from ground that a camera has seen to be free
     react_s, decel_mps2       how the vehicle can stop
     creep_mps                 no hidden place makes the vehicle go slower than this
     """
@@ -57,19 +62,21 @@ class OcclusionRules(NamedTuple):
     react_s: float
     decel_mps2: float
     creep_mps: float
+    walk_mps: float = 1.6
 
 
 @njit(cache=True)
 def hidden_beside(
     path: PathStations, sight: Sight, solid: Array, half_m: float, reach_m: float, step_m: float
 ) -> Array:
-    """(n, 3) the nearest hidden place beside each station that leads to the path; inf for none.
+    """(n, 4) the nearest hidden place beside each station that leads to the path; inf for none, none cleared.
 
     solid (m, 2): obstacle cells, through which no one comes. Places are tried every step_m from the body's
     side, half_m from its middle, to reach_m.
     """
     n = path.points.shape[0]
-    found = np.full((n, 3), np.inf)
+    found = np.full((n, 4), np.inf)
+    found[:, H_CLEARED] = 0.0
     if sight.ranges_m.shape[0] == 0:
         return found
     for i in range(path.first, min(path.last, n)):
@@ -126,6 +133,7 @@ def occlusion_speeds(hidden: Array, step_m: float, cap_mps: float, rules: Occlus
         if not np.isfinite(hidden[i, H_BESIDE]):
             continue
         before, beside = hidden[i, H_CORNER_BEFORE], hidden[i, H_CORNER_BESIDE]
+        cleared_m = hidden[i, H_CLEARED]
         to_i = i - math.floor(rules.front_m / step_m)
         for k in range(max(0, to_i - math.ceil(braking_m / step_m)), max(0, min(n, to_i + 1))):
             togo_m = (to_i - k) * step_m
@@ -134,7 +142,9 @@ def occlusion_speeds(hidden: Array, step_m: float, cap_mps: float, rules: Occlus
             if eye_m <= before + 0.1:
                 continue
             seen_m = beside * eye_m / (eye_m - before) - rules.half_width_m
-            arrives_s = max(seen_m, 0.0) / rules.run_mps
+            arrives_s = max(seen_m, cleared_m, 0.0) / rules.run_mps
+            if cleared_m > 0.0:
+                arrives_s = min(arrives_s, max(seen_m, 0.0) / rules.walk_mps)
             stops_mps = decel_mps2 * (math.sqrt(react_s * react_s + 2.0 * togo_m / decel_mps2) - react_s)
             if stops_mps * arrives_s < togo_m:
                 limits[k] = min(limits[k], max(stops_mps, rules.creep_mps))

@@ -1,7 +1,7 @@
 """Observation areas: where others may cross, and where to stand clear of them.
 
-An intersection is a junction of three ways or more without signals; a crossing is an OpenStreetMap node
-`highway=crossing` on a road that is driven.
+An intersection is a junction of three ways or more without signals; a crossing is a place where people cross
+a road that is driven (`crossings`).
 """
 
 import math
@@ -18,6 +18,7 @@ from server.feeds.roads.lanes.drafts import LaneDraft
 from server.feeds.roads.lanes.sections import ground_of, tails_of
 from server.feeds.roads.osm.frame import Frame
 from server.feeds.roads.osm.osm_file import OsmData
+from server.feeds.roads.places.crossings import ON_ROAD_M, crossing_nodes
 
 APPROACH_M = 20.0
 CROSSING_DEPTH_M = 4.0
@@ -26,7 +27,6 @@ STOP_BEFORE_M = 0.5
 _FEWEST_ARMS = 3
 _TOUCH_M = 0.5
 _SIMPLIFY_M = 0.3
-_ON_ROAD_M = 2.5
 _SIGNAL_M = 12.0
 _HALF_BODY_M = WIDTH_M / 2.0 + 0.15
 
@@ -69,12 +69,20 @@ def observation_areas(
         area = _intersection(lanes, turns, f"intersection-{len(found) + 1}", signals)
         if area is not None:
             found.append(area)
-    for node in data.nodes.values():
-        if node.tags.get("highway") == "crossing":
-            area = _crossing(lanes, f"crossing-{node.node_id}", frame.positions[node.node_id])
-            if area is not None:
-                found.append(area)
+    for node_id in crossing_nodes(data, frame, drafts):
+        area = _crossing(lanes, f"crossing-{node_id}", frame.positions[node_id])
+        if area is not None:
+            found.append(area)
     return tuple(found)
+
+
+def crossing_areas(
+    drafts: Sequence[LaneDraft], places: Iterable[tuple[str, Point]], width_m: float
+) -> tuple[ObservationArea, ...]:
+    """Crossings by id, each about the middle of a road of this width."""
+    lanes = _Lanes(drafts)
+    found = (_crossing(lanes, area_id, place, width_m) for area_id, place in places)
+    return tuple(area for area in found if area is not None)
 
 
 def _junctions(lanes: _Lanes) -> list[list[LaneDraft]]:
@@ -174,10 +182,12 @@ def _strip(points: Array, half_m: float) -> shapely.Geometry:
     return shapely.LineString(points).buffer(half_m, cap_style="flat", join_style="bevel")
 
 
-def _crossing(lanes: _Lanes, area_id: str, place: Point) -> ObservationArea | None:
-    """A rectangle across the road; None when no lane is left there."""
+def _crossing(
+    lanes: _Lanes, area_id: str, place: Point, width_m: float | None = None
+) -> ObservationArea | None:
+    """A rectangle across the road, by default of its nearest lane's width; None where no lane is left."""
     point = shapely.Point(place)
-    near = [int(i) for i in sorted(lanes.tree.query(point, predicate="dwithin", distance=_ON_ROAD_M))]
+    near = [int(i) for i in sorted(lanes.tree.query(point, predicate="dwithin", distance=ON_ROAD_M))]
     if not near:
         return None
     nearest = min(near, key=lambda i: (lanes.drafts[i].kind != "road", lanes.lines[i].distance(point), i))
@@ -186,7 +196,7 @@ def _crossing(lanes: _Lanes, area_id: str, place: Point) -> ObservationArea | No
     at_m, _, _ = project(draft.points, s, place[0], place[1], 0, len(s))
     _, _, yaw = pose_at(draft.points, s, at_m)
     along = np.array([math.cos(yaw), math.sin(yaw)]) * 0.5 * CROSSING_DEPTH_M
-    across = np.array([-math.sin(yaw), math.cos(yaw)]) * (0.5 * draft.width_m + PAVEMENT_M)
+    across = np.array([-math.sin(yaw), math.cos(yaw)]) * (0.5 * (width_m or draft.width_m) + PAVEMENT_M)
     corners = [np.array(place) + a * along + b * across for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     ground = shapely.Polygon(corners)
     stop_lines: list[tuple[str, float]] = []

@@ -3,14 +3,16 @@
 import itertools
 from pathlib import Path
 
+import msgspec
 import numpy as np
+import pytest
 import shapely
 
 from contract.geometry import arc_lengths
 from contract.roads.areas import crosses_itself, outline_array
 from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M, WIDTH_M
-from contract.roads.load import load_map
-from contract.roads.model import ObservationArea, RoadMap
+from contract.roads.load import encode_map, load_map
+from contract.roads.model import SCENARIOS, ObservationArea, RoadMap
 from contract.roads.network import RoadNetwork
 from server.feeds.roads.import_osm import import_osm
 from tests.server.feeds.roads.osm_text import END_TAGS, SQUARE_WAYS, square_file
@@ -109,10 +111,24 @@ def test_the_shipped_campus_watches_its_junctions_with_sound_outlines() -> None:
         assert not crosses_itself(outline_array(area))
 
 
-def test_a_map_without_areas_keeps_its_version() -> None:
+def test_a_map_without_areas_is_written_without_the_field(tmp_path: Path) -> None:
+    bare = msgspec.structs.replace(load_map(SNOW_LION_MAP), observation_areas=())
+    assert b"observation_areas" not in encode_map(bare)
+
+
+def test_the_shipped_maps_have_crossings_and_roads_where_cars_pull_out() -> None:
+    for path, crossings in ((CAMPUS_MAP, 7), (SNOW_LION_MAP, 7)):
+        road_map = load_map(path)
+        areas = [area for area in road_map.observation_areas if area.kind == "crossing"]
+        assert len(areas) == crossings
+        assert all(area.stop_lines for area in areas)
+        assert {lane.scenario for lane in road_map.lanes} == set(SCENARIOS)
+
+
+def test_every_station_has_a_crossing_that_both_directions_stop_before() -> None:
     road_map = load_map(SNOW_LION_MAP)
-    assert road_map.observation_areas == ()
-    assert b"observation_areas" not in SNOW_LION_MAP.read_bytes()
+    for area in road_map.observation_areas:
+        assert {lane_id.split("-")[0] for lane_id, _ in area.stop_lines} == {"east", "west"}
 
 
 def test_stop_lines_lie_on_their_lanes() -> None:
@@ -120,3 +136,48 @@ def test_stop_lines_lie_on_their_lanes() -> None:
     lengths = {lane.lane_id: float(arc_lengths(np.array(lane.points))[-1]) for lane in road_map.lanes}
     lines = itertools.chain.from_iterable(area.stop_lines for area in road_map.observation_areas)
     assert all(0.0 <= s_m <= lengths[lane_id] for lane_id, s_m in lines)
+
+
+@pytest.mark.parametrize(
+    ("ways", "is_crossing"),
+    [
+        ({201: ([20, 9, 21], {"highway": "footway"})}, True),
+        ({201: ([20, 9], {"highway": "path"}), 202: ([9, 21], {"highway": "steps"})}, True),
+        ({201: ([20, 9], {"highway": "footway"})}, False),
+        ({201: ([20, 9, 22], {"highway": "footway"})}, False),
+    ],
+)
+def test_a_footway_that_goes_on_beyond_the_road_is_a_crossing(
+    tmp_path: Path, ways: dict[int, tuple[list[int], dict[str, str]]], is_crossing: bool
+) -> None:
+    path = square_file(
+        tmp_path,
+        points={9: (0.0, 100.0), 20: (-20.0, 100.0), 21: (20.0, 101.0), 22: (-20.0, 110.0)},
+        ways=CROSSING_WAYS | ways,
+        node_tags=END_TAGS,
+    )
+    found = [a.area_id for a in import_osm(path).map.observation_areas if a.kind == "crossing"]
+    assert found == (["crossing-9"] if is_crossing else [])
+
+
+@pytest.mark.parametrize(("aside_m", "is_aisle"), [(10.0, True), (14.0, False)])
+def test_a_road_beside_a_car_park_or_its_entrance_is_a_parking_aisle(
+    tmp_path: Path, aside_m: float, is_aisle: bool
+) -> None:
+    corners = {30: (-aside_m, 90.0), 31: (-aside_m, 110.0), 32: (-40.0, 110.0), 33: (-40.0, 90.0)}
+    entrance = {40: (200.0 + aside_m, 100.0)}
+    path = square_file(
+        tmp_path,
+        points={9: (0.0, 100.0)} | corners | entrance,
+        ways=CROSSING_WAYS | {203: ([30, 31, 32, 33, 30], {"amenity": "parking"})},
+        node_tags=END_TAGS | {40: {"amenity": "parking_entrance"}},
+    )
+    report = import_osm(path)
+    # The map's frame begins in the middle of the square.
+    aisles = [shapely.LineString(lane.points) for lane in report.map.lanes if lane.scenario == "parking_lot"]
+    for place in ((-100.0, 0.0), (100.0, 0.0)):
+        assert any(aisle.distance(shapely.Point(place)) < 3.0 for aisle in aisles) is is_aisle
+    assert not any(aisle.distance(shapely.Point(0.0, 0.0)) < 3.0 for aisle in aisles)
+    assert sum("parking aisle" in line for line in report.repairs) == (2 if is_aisle else 0)
+    # Nobody rests before the way out of a car park because of it.
+    assert len(report.map.resting_places) >= 2

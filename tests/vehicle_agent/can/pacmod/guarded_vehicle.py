@@ -10,6 +10,7 @@ from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.gate import gate_of
 from vehicle_agent.signals import (
+    NO_SIGNALS,
     NO_TRACKS,
     Ages,
     CanFrame,
@@ -27,7 +28,10 @@ CRUISE = ControlCommand(0.0, 0.25, 0.0, 0.1)
 
 
 class GuardedVehicle:
-    """One shuttle at the origin on a free road, resumed, whose controller asks for a steady throttle."""
+    """One shuttle at the origin on a free road, resumed, whose controller asks for a steady throttle.
+
+    signals  that it commands; loses: identifiers of commands that do not reach the module
+    """
 
     def __init__(self) -> None:
         profile = Profile()
@@ -43,6 +47,8 @@ class GuardedVehicle:
         self.motion: VehicleMotion
         self.status: GuardStatus
         self.sent: list[CanFrame] = []
+        self.signals = NO_SIGNALS
+        self.loses: frozenset[int] = frozenset()
 
     @property
     def speed_mps(self) -> float:
@@ -84,9 +90,9 @@ class GuardedVehicle:
             self._guard_state, CRUISE, self.motion, ego, world, task, path, Ages(0, 0, 0, 0)
         )
         self.events += self._guard.events(self._guard_state)
-        commands, self._can_state = self._can.encode(self._can_state, actuation, now_ns)
+        commands, self._can_state = self._can.encode(self._can_state, actuation, now_ns, self.signals)
         self._gate.take_commands(commands, now_ns)
-        self.sent = list(self._gate.step(now_ns))
+        self.sent = [f for f in self._gate.step(now_ns) if f.arbitration_id not in self.loses]
         self.fleet.frames_from_vehicle("s1", tuple(self.sent))
         self.fleet.step(now_ns)
         self.now_ns += STEP_NS

@@ -92,11 +92,12 @@ def test_reports_become_si_units_and_the_front_wheel_angle() -> None:
     assert not motion.enabled
 
 
-def test_every_tick_sends_all_six_commands_half_a_millisecond_apart() -> None:
+def test_every_tick_sends_all_nine_commands_half_a_millisecond_apart() -> None:
     loop = Loop()
     loop.tick(OFF)
-    assert [f.arbitration_id for f in loop.frames] == [0x80, 0x81, 0x100, 0x104, 0x128, 0x12C]
-    assert [f.stamp_ns - loop.now_ns for f in loop.frames] == [500_000 * i for i in range(6)]
+    driving, signalling = [0x80, 0x81, 0x100, 0x104, 0x128, 0x12C], [0x130, 0x11C, 0x118]
+    assert [f.arbitration_id for f in loop.frames] == driving + signalling
+    assert [f.stamp_ns - loop.now_ns for f in loop.frames] == [500_000 * i for i in range(9)]
 
 
 def test_the_counter_grows_by_one_a_tick_and_the_complement_fills_it_to_fifteen() -> None:

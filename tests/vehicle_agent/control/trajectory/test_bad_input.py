@@ -155,3 +155,17 @@ def test_places_on_a_circle_are_exact_between_its_rows() -> None:
         assert place == pytest.approx(10.0 * a, abs=0.01)
         assert at_length(rows, s, 10.0 * a)[0] == pytest.approx(a, abs=1e-6)
         assert at_time(rows, s, 5.0 * a, 0.8)[0] == pytest.approx(10.0 * a, abs=1e-3)
+
+
+@pytest.mark.parametrize("last_m", [-1e-5, 1e-5, -1e-7, 0.0])
+@pytest.mark.parametrize("left_m", [2.0, 0.7, 0.1, -0.3])
+def test_a_stop_whose_last_rows_point_backwards_still_lies_ahead(last_m: float, left_m: float) -> None:
+    """An optimizer leaves steps of micrometres in any direction where the vehicle is to stand."""
+    rows = np.zeros((42, 8))
+    rows[:, 0] = 0.1 * np.arange(42)
+    rows[:40, 1] = np.linspace(0.0, 10.0, 40)
+    rows[40:, 1] = 10.0 + last_m * np.arange(1, 3)
+    s = lengths(rows)
+    place, offset = nearest(rows, s, 10.0 - left_m, 0.05, 10.0, 5.0)
+    assert place == pytest.approx(10.0 - left_m, abs=1e-3)
+    assert offset == pytest.approx(0.05, abs=1e-3)

@@ -31,6 +31,7 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
     [t.doors, status?.doors_open === true ? t.doors_open : t.doors_closed],
     [t.next_stop, next],
     [t.aboard, [t.seats_taken(task.people_aboard, facts.seats), ...aboard].join(" · ")],
+    ...signalRows(vehicle),
     [t.obstacle, obstacle_m === null ? t.none : t.metres(obstacle_m.toFixed(1))],
     [t.limited_by, speedLimitText(vehicle)],
     [t.waits_for_section, status?.waiting_for || t.none],
@@ -68,6 +69,19 @@ function speedLimitText(vehicle: VehicleScene): string {
   const t = texts.value;
   const reason = vehicle.status?.driving?.limited_by ?? null;
   return reason === null ? t.none : t.limits[reason];
+}
+
+/** What its turn signals, headlights and horn do; no row for a shuttle whose by-wire does not say. */
+function signalRows(vehicle: VehicleScene): readonly (readonly [string, string])[] {
+  const t = texts.value;
+  const { turn_signal = null, headlights = null, horn = null } = vehicle.status?.driving ?? {};
+  if (turn_signal === null && headlights === null && horn === null) return [];
+  const shown = [
+    turn_signal === null ? "" : t.turn_signals[turn_signal],
+    headlights === null ? "" : t.headlight_beams[headlights],
+    horn === true ? t.horn_sounds : "",
+  ].filter((text) => text !== "");
+  return [[t.lights, shown.length === 0 ? t.none : shown.join(", ")]];
 }
 
 /** Why the shuttle does not drive by itself, as text; empty while it does. */

@@ -2241,6 +2241,7 @@ export interface components {
          *         limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
          *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
          *         tracks      the nearest ones
+         *         turn_signal, headlights, horn  as the by-wire module reports them; None where it has none
          */
         DrivingView: {
             /** @default null */
@@ -2251,6 +2252,12 @@ export interface components {
             tracks: components["schemas"]["TrackReport"][];
             /** @default [] */
             areas: components["schemas"]["AreaReport"][];
+            /** @default null */
+            turn_signal: ("hazard" | "left" | "none" | "right") | null;
+            /** @default null */
+            headlights: ("high" | "low" | "off") | null;
+            /** @default null */
+            horn: boolean | null;
         };
         /**
          * DutyExceptionModel
@@ -2376,7 +2383,7 @@ export interface components {
         /** FaultReport */
         FaultReport: {
             /** @enum {unknown} */
-            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_fault" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_steering_fault" | "bywire_timeout" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
+            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
             /** @enum {unknown} */
             severity: "info" | "stop" | "warning";
             since_ns: number;
@@ -2387,7 +2394,7 @@ export interface components {
              * Code
              * @enum {string}
              */
-            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_fault" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_steering_fault" | "bywire_timeout" | "stop_button_fault" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
+            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
             /**
              * Severity
              * @enum {string}

@@ -76,7 +76,16 @@ export function aStatus(changes: object = {}): VehicleStatus {
 }
 
 export function aDrivingView(changes: Partial<DrivingView> = {}): DrivingView {
-  return { limited_by: null, path: [], tracks: [], areas: [], ...changes };
+  return {
+    limited_by: null,
+    path: [],
+    tracks: [],
+    areas: [],
+    turn_signal: null,
+    headlights: null,
+    horn: null,
+    ...changes,
+  };
 }
 
 export function aRide(changes: Partial<RideScene> = {}): RideScene {

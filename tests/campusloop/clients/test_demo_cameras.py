@@ -1,0 +1,88 @@
+"""The demo's cameras: from the simulation's datagrams to the server's socket, also after it was away."""
+
+import asyncio
+import socket
+from pathlib import Path
+
+import msgspec
+import pytest
+from websockets.asyncio.server import ServerConnection, serve
+
+from campusloop.clients import demo_cameras
+from campusloop.clients.demo_cameras import DemoCameras
+from contract.wire.messages import PresenceReport
+from simulator.control import CameraReported, RiderLeft, Subscribe, decode_to_simulation, encode
+
+HOST = "127.0.0.1"
+
+
+class Server:
+    """Takes the reports of one connection, and closes it after some."""
+
+    def __init__(self, closes_after: int) -> None:
+        self.heard: list[PresenceReport] = []
+        self.tokens: list[str | None] = []
+        self.paths: list[str] = []
+        self._closes_after = closes_after
+        self.enough = asyncio.Event()
+
+    async def take(self, connection: ServerConnection) -> None:
+        assert connection.request is not None
+        self.paths.append(connection.request.path)
+        self.tokens.append(connection.request.headers.get("Authorization"))
+        taken = 0
+        async for message in connection:
+            self.heard.append(msgspec.json.decode(message, type=PresenceReport))
+            taken += 1
+            if len(self.heard) >= 2 * self._closes_after:
+                self.enough.set()
+            if taken == self._closes_after:
+                return
+
+
+async def forwarded() -> tuple[Server, list[str]]:
+    """A simulation that says something 50 times a second, and a server that hangs up after 3 reports."""
+    said: list[str] = []
+    simulation = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    simulation.bind((HOST, 0))
+    simulation.setblocking(False)
+    server = Server(closes_after=3)
+    async with serve(server.take, HOST, 0) as listening:
+        port = listening.sockets[0].getsockname()[1]
+        cameras = DemoCameras(
+            f"http://{HOST}:{port}", "secret", None, simulation.getsockname()[1], said.append
+        )
+        running = asyncio.create_task(cameras.run())
+        loop = asyncio.get_running_loop()
+        data, subscriber = await asyncio.wait_for(loop.sock_recvfrom(simulation, 1000), 5.0)
+        assert isinstance(decode_to_simulation(data), Subscribe)
+
+        async def tell() -> None:
+            count = 0
+            while True:
+                simulation.sendto(encode(RiderLeft("ride-1")), subscriber)
+                simulation.sendto(encode(CameraReported("crossing-1", count, 0.2)), subscriber)
+                count += 1
+                await asyncio.sleep(0.02)
+
+        telling = asyncio.create_task(tell())
+        await asyncio.wait_for(server.enough.wait(), 10.0)
+        for task in (telling, running):
+            task.cancel()
+        await asyncio.gather(telling, running, return_exceptions=True)
+    simulation.close()
+    return server, said
+
+
+def test_reports_reach_the_server_with_the_token_and_again_after_it_was_away(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(demo_cameras, "REDIAL_S", 0.05)
+    server, said = asyncio.run(forwarded())
+    assert set(server.tokens) == {"Bearer secret"}
+    assert set(server.paths) == {"/ws/infrastructure"}
+    assert len(server.paths) >= 2
+    assert {report.area_id for report in server.heard} == {"crossing-1"}
+    counts = [report.count for report in server.heard]
+    assert counts == sorted(counts)
+    assert any("cannot reach" in text for text in said)
