@@ -85,12 +85,11 @@ export const en = {
   lights: "Lights and horn",
   turn_signals: {
     right: "right",
-    none: "",
     left: "left",
     hazard: "hazard lights",
-  } satisfies Readonly<Record<TurnSignal, string>>,
-  headlight_beams: { off: "", low: "low beam", high: "high beam" } satisfies Readonly<
-    Record<Headlights, string>
+  } satisfies Readonly<Record<Exclude<TurnSignal, "none">, string>>,
+  headlight_beams: { low: "low beam", high: "high beam" } satisfies Readonly<
+    Record<Exclude<Headlights, "off">, string>
   >,
   horn_sounds: "horn",
   obstacle: "Obstacle ahead",

@@ -77,8 +77,8 @@ function signalRows(vehicle: VehicleScene): readonly (readonly [string, string])
   const { turn_signal = null, headlights = null, horn = null } = vehicle.status?.driving ?? {};
   if (turn_signal === null && headlights === null && horn === null) return [];
   const shown = [
-    turn_signal === null ? "" : t.turn_signals[turn_signal],
-    headlights === null ? "" : t.headlight_beams[headlights],
+    turn_signal === null || turn_signal === "none" ? "" : t.turn_signals[turn_signal],
+    headlights === null || headlights === "off" ? "" : t.headlight_beams[headlights],
     horn === true ? t.horn_sounds : "",
   ].filter((text) => text !== "");
   return [[t.lights, shown.length === 0 ? t.none : shown.join(", ")]];
