@@ -14,7 +14,7 @@ from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.score import Result, summary
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import path_map
-from campusloop.scenes.protection_cells import cells
+from campusloop.scenes.protection.cells import cells
 from campusloop.scenes.stacks import profile_of
 
 FAKE = Path(__file__).with_name("fake_open_planner.py")
