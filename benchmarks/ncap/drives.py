@@ -10,7 +10,7 @@ from benchmarks.reporting.run_logs import LogChoice
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.protection.braking_oracle import best_braking
 from campusloop.scenes.protection.cell import Cell
-from campusloop.scenes.quiet_street import quiet_street
+from campusloop.scenes.protection.quiet_street import quiet_street
 from vehicle_agent.config import Profile
 
 HARD_MPS2 = -3.0

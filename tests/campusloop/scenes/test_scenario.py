@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from campusloop.cli import app_of
 from campusloop.scenes.faults import Camera, InputFault
-from campusloop.scenes.scenario import Outcome, drive
-from campusloop.scenes.scenario_file import (
+from campusloop.scenes.scenario_files.scenario import Outcome, drive
+from campusloop.scenes.scenario_files.scenario_file import (
     Cue,
     Expectations,
     Operator,

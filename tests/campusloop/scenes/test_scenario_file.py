@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from campusloop.commands.scenario import scenario_paths
-from campusloop.scenes.scenario import scene_of
-from campusloop.scenes.scenario_file import ScenarioError, load_scenario
+from campusloop.scenes.scenario_files.scenario import scene_of
+from campusloop.scenes.scenario_files.scenario_file import ScenarioError, load_scenario
 from vehicle_agent.config import Profile
 
 SHIPPED = Path(__file__).resolve().parents[3] / "scenarios"
