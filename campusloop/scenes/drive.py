@@ -92,8 +92,9 @@ class Scene:
 
 @dataclass(frozen=True, slots=True)
 class SceneRun:
-    """The result of a drive. time_s: to the goal, or None if it was not reached.
+    """The result of a drive, which ends at the goal, or when the last shuttle is at the end of its road.
 
+    time_s       to the goal, or None if it was not reached
     plan_cpu_ms  CPU time of each motion plan
     limited_by   (what limited the planned speed, number of ticks), the most frequent first
     reported     guard modes and fault codes that occurred
@@ -159,7 +160,7 @@ class SceneDrive:
         """Drive to the goal or the time limit; `watch` is called after every step."""
         self._set_off()
         scene, begin_ns = self.scene, self.now_ns
-        self._begin_ns = begin_ns
+        self._begin_ns, reached_s = begin_ns, None
         while self.now_ns - begin_ns < scene.limit_s * 1e9:
             self.step()
             assert self.outputs is not None
@@ -175,15 +176,16 @@ class SceneDrive:
                 other.record(t_s)
             self._way_m.append(scene.start_s_m + self._driven_m())
             watch(self)
-            if self._way_m[-1] >= scene.goal_s_m:
+            if reached_s is None and self._way_m[-1] >= scene.goal_s_m:
+                reached_s = t_s
+            if reached_s is not None and all(other.has_arrived for other in self._others):
                 break
         if self._log is not None:
             self._log.close()
         rows = self._trace.array()
-        reached = self._way_m[-1] >= scene.goal_s_m
         return SceneRun(
             scene.name,
-            float(rows[-1, 0]) if reached else None,
+            reached_s,
             self._driven_m(),
             self._trace,
             contact_metrics(rows, self._trace.agents, scene.profile.body),

@@ -1,8 +1,7 @@
 """Another shuttle of a scene: the whole onboard loop of the same stack, on a road of its own."""
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.path_map import LANE_ID
@@ -81,9 +80,14 @@ class OtherShuttle:
     def record(self, t_s: float) -> None:
         self._trace.add(t_s, self._world.truth(self._id), self._world.road_users_of(self._id))
 
+    @property
+    def has_arrived(self) -> bool:
+        """It is at the end of its road."""
+        end = pose_at(self._line.points, self._line.s, self._line.length_m - _BEFORE_END_M)
+        place = self._world.truth(self._id).pose_map
+        return math.hypot(place.x_m - end[0], place.y_m - end[1]) < _ARRIVED_M
+
     def result(self) -> OtherRun:
         rows = self._trace.array()
-        end = pose_at(self._line.points, self._line.s, self._line.length_m - _BEFORE_END_M)
-        to_go_m = float(np.hypot(rows[-1, 1] - end[0], rows[-1, 2] - end[1]))
         metrics = contact_metrics(rows, self._trace.agents, self._profile.body)
-        return OtherRun(metrics, to_go_m < _ARRIVED_M)
+        return OtherRun(metrics, self.has_arrived)

@@ -101,7 +101,19 @@ def _door(one: Door) -> door_crowd.Door:
 
 def _follower(one: Follower) -> FollowerRole:
     cue = one.when
-    return FollowerRole(one.at, one.place, one.speed_mps, cue.time_s, cue.distance_m, cue.after_s, one.for_s)
+    sizes_m = {"": _PERSON_SIZE_M, "bicycle": _BICYCLE_SIZE_M, "scooter": _SCOOTER_SIZE_M}
+    return FollowerRole(
+        one.at,
+        (one.place, *one.then),
+        one.speed_mps,
+        cue.time_s,
+        cue.distance_m,
+        cue.after_s,
+        one.for_s,
+        one.each_s,
+        CYCLIST if one.rides else PEDESTRIAN,
+        sizes_m[one.rides],
+    )
 
 
 def _role(

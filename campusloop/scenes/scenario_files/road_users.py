@@ -1,6 +1,6 @@
 """The tables of a scenario file that put road users into a scene (docs/simulator/scenarios.md)."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
@@ -107,14 +107,18 @@ class Door(Table, frozen=True):
 
 
 class Follower(Table, frozen=True):
-    """Somebody who keeps to `place` about the shuttle, for_s from the cue on, and then walks off.
+    """Somebody who keeps to `place` about the shuttle, for_s from the cue on, and then goes off to the side.
 
     place  in the shuttle's frame: m ahead of the rear axle, m to the left
+    then   the next places, each after each_s
     """
 
     at: Place
     place: Place
     speed_mps: Positive = 2.5
+    then: tuple[Place, ...] = ()
+    each_s: Positive = 5.0
+    rides: Literal["", "bicycle", "scooter"] = ""
     for_s: Positive = 60.0
     when: Cue = Cue()
 

@@ -206,6 +206,6 @@ def _places(found: ScenarioFile) -> list[tuple[str, tuple[Place, ...]]]:
         for k, one in enumerate(found.queue)
     ]
     out += [(f"door[{k}]", (one.at, *one.goals)) for k, one in enumerate(found.door)]
-    out += [(f"follower[{k}]", (one.at, one.place)) for k, one in enumerate(found.follower)]
+    out += [(f"follower[{k}]", (one.at, one.place, *one.then)) for k, one in enumerate(found.follower)]
     out += [(f"other_shuttle[{k}].path", one.path) for k, one in enumerate(found.other_shuttle)]
     return out

@@ -1,4 +1,4 @@
-"""People who keep to a place about the shuttle: who follow it for fun, walk before it, or run at it."""
+"""People who keep to places about the shuttle: who follow it for fun, run at it, or overtake it."""
 
 import math
 from dataclasses import dataclass
@@ -21,20 +21,24 @@ _WALKS_OFF_MPS, _WALKS_OFF_M = 1.2, 8.0
 
 @dataclass(frozen=True, slots=True)
 class FollowerRole:
-    """at: where the person stands until the cue. place_base: wanted from then on, in the shuttle's frame.
+    """at: where the person stands until the cue. places_base: wanted from then on, in the shuttle's frame.
 
     speed_mps    at most
     from_s, distance_m, after_s  as in `ScriptedRole`
+    each_s       from then on at each of the places; at the last one to the end
     for_s        from then on; then the person walks off to the side
     """
 
     at: tuple[float, float]
-    place_base: tuple[float, float]
+    places_base: tuple[tuple[float, float], ...]
     speed_mps: float
     from_s: float | None = None
     distance_m: float | None = None
     after_s: float = 0.0
     for_s: float = 60.0
+    each_s: float = 5.0
+    kind: int = PEDESTRIAN
+    size_m: tuple[float, float] = (2.0 * RADIUS_M, 2.0 * RADIUS_M)
 
 
 class Followers:
@@ -60,10 +64,10 @@ class Followers:
         n = len(self._people)
         return Bodies(
             np.arange(1, n + 1),
-            np.full(n, PEDESTRIAN, np.int64),
+            np.array([p.role.kind for p in self._people], dtype=np.int64),
             np.array([(p.x, p.y, p.heading) for p in self._people]),
             np.array([(p.vx, p.vy) for p in self._people]),
-            np.full((n, 2), 2.0 * RADIUS_M),
+            np.array([p.role.size_m for p in self._people]),
         )
 
 
@@ -84,7 +88,8 @@ class _Follower:
         if clock_s < self._cue_s:
             return
         if clock_s - self._cue_s < role.for_s:
-            wanted = self._towards_place(vehicle)
+            number = min(int((clock_s - self._cue_s) / role.each_s), len(role.places_base) - 1)
+            wanted = self._towards(role.places_base[number], vehicle)
         else:
             wanted = self._walking_off(vehicle)
         change_x, change_y = wanted[0] - self.vx, wanted[1] - self.vy
@@ -92,10 +97,10 @@ class _Follower:
         share = min(1.0, _ACCEL_MPS2 * dt_s / size) if size > 1e-9 else 0.0
         self._walk(self.vx + share * change_x, self.vy + share * change_y, vehicles, dt_s)
 
-    def _towards_place(self, vehicle: Array) -> tuple[float, float]:
+    def _towards(self, place_base: tuple[float, float], vehicle: Array) -> tuple[float, float]:
         """The velocity that closes in on the wanted place, which moves with the vehicle."""
         cos, sin = math.cos(vehicle[V_YAW]), math.sin(vehicle[V_YAW])
-        ahead_m, left_m = self.role.place_base
+        ahead_m, left_m = place_base
         x = vehicle[V_X] + ahead_m * cos - left_m * sin
         y = vehicle[V_Y] + ahead_m * sin + left_m * cos
         vx = vehicle[V_SPEED] * cos + (x - self.x) / _CLOSE_IN_S
