@@ -110,7 +110,7 @@ class Follower(Table, frozen=True):
     """Somebody who keeps to `place` about the shuttle, for_s from the cue on, and then goes off to the side.
 
     place  in the shuttle's frame: m ahead of the rear axle, m to the left
-    then   the next places, each after each_s
+    then   the next places, each after each_s at the one before
     """
 
     at: Place

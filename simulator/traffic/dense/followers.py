@@ -14,6 +14,7 @@ from vehicle_agent.signals import PEDESTRIAN
 # Who wants to be at a place is there after about this time.
 _CLOSE_IN_S = 0.7
 _ACCEL_MPS2 = 3.0
+_THERE_M = 0.5
 # The shuttle's body is touched, never entered.
 _TOUCH_M = RADIUS_M - 0.05
 _WALKS_OFF_MPS, _WALKS_OFF_M = 1.2, 8.0
@@ -25,7 +26,7 @@ class FollowerRole:
 
     speed_mps    at most
     from_s, distance_m, after_s  as in `ScriptedRole`
-    each_s       from then on at each of the places; at the last one to the end
+    each_s       at each of the places before going on to the next one; at the last one to the end
     for_s        from then on; then the person walks off to the side
     """
 
@@ -77,6 +78,7 @@ class _Follower:
         self.x, self.y = role.at
         self.vx = self.vy = self.heading = 0.0
         self._cue_s: float | None = None
+        self._place, self._there_s, self._is_there = 0, 0.0, False
         self._off: tuple[float, float] | None = None
 
     def step(self, clock_s: float, vehicles: Array, dt_s: float) -> None:
@@ -88,8 +90,10 @@ class _Follower:
         if clock_s < self._cue_s:
             return
         if clock_s - self._cue_s < role.for_s:
-            number = min(int((clock_s - self._cue_s) / role.each_s), len(role.places_base) - 1)
-            wanted = self._towards(role.places_base[number], vehicle)
+            wanted = self._towards(role.places_base[self._place], vehicle)
+            self._there_s += dt_s if self._is_there else 0.0
+            if self._there_s >= role.each_s and self._place < len(role.places_base) - 1:
+                self._place, self._there_s = self._place + 1, 0.0
         else:
             wanted = self._walking_off(vehicle)
         change_x, change_y = wanted[0] - self.vx, wanted[1] - self.vy
@@ -103,6 +107,7 @@ class _Follower:
         ahead_m, left_m = place_base
         x = vehicle[V_X] + ahead_m * cos - left_m * sin
         y = vehicle[V_Y] + ahead_m * sin + left_m * cos
+        self._is_there = math.hypot(x - self.x, y - self.y) < _THERE_M
         vx = vehicle[V_SPEED] * cos + (x - self.x) / _CLOSE_IN_S
         vy = vehicle[V_SPEED] * sin + (y - self.y) / _CLOSE_IN_S
         pace = math.hypot(vx, vy)

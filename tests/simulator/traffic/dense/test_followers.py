@@ -57,9 +57,9 @@ def test_a_rider_takes_one_place_after_the_other() -> None:
     overtaking = FollowerRole(
         (-20.0, 2.2), ((-3.0, 2.2), (7.0, 2.2)), 6.0, from_s=0.5, each_s=8.0, kind=CYCLIST, size_m=(1.2, 0.5)
     )
-    followers, vehicle = driven(overtaking, 8.0)
+    followers, vehicle = driven(overtaking, 12.0)
     assert followers.bodies().poses_map[0, 0] == pytest.approx(vehicle[0] - 3.0, abs=0.1)
-    followers, vehicle = driven(overtaking, 20.0)
+    followers, vehicle = driven(overtaking, 25.0)
     assert followers.bodies().poses_map[0, 0] == pytest.approx(vehicle[0] + 7.0, abs=0.1)
     assert followers.bodies().kinds.tolist() == [CYCLIST]
     assert followers.bodies().sizes_m.tolist() == [[1.2, 0.5]]
