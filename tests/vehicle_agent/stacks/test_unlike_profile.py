@@ -1,5 +1,6 @@
 """Vehicles outside the identified range: the drive stops with a clear word, and a usual vehicle does not."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +39,13 @@ def test_a_bent_linkage_is_named_and_stops_the_vehicle(stack: str) -> None:
     assert "steering_unlike_profile" in run.reported
     assert run.time_s is None
     assert abs(run.trace.array()[-1, 4]) < 0.01
+
+
+def test_a_road_steeper_than_any_load_explains_is_named_too() -> None:
+    downhill = driven("snow_lion", slope_ratio=0.18, slope_direction_rad=math.pi)
+    assert "pedals_unlike_profile" in downhill.reported
+    assert downhill.time_s is None
+    assert abs(downhill.trace.array()[-1, 4]) < 0.01
 
 
 def test_after_a_resume_it_stops_again() -> None:
