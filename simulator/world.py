@@ -185,9 +185,12 @@ class SimWorld:
         tracker = self.trackers.get(vehicle_id)
         if tracker is None:
             return []
+        return tracker.percepts(now_ns, self.truth(vehicle_id).pose_map, self.road_users_of(vehicle_id))
+
+    def road_users_of(self, vehicle_id: str) -> Bodies:
+        """All road users around a vehicle, the other vehicles of this world among them."""
         others = np.delete(np.arange(len(self.vehicle_ids)), self._number[vehicle_id])
-        seen = together(self.bodies(), self._fleet_bodies(others))
-        return tracker.percepts(now_ns, self.truth(vehicle_id).pose_map, seen)
+        return together(self.bodies(), self._fleet_bodies(others))
 
     def bodies(self) -> Bodies:
         """All road users except the vehicles of this world."""

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import msgspec
 
-from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.crowd_clips import clip_runs
 from campusloop.scenes.drive import Scene
-from campusloop.scenes.protection_cells import Cell, cells
+from campusloop.scenes.protection.braking_oracle import best_braking
+from campusloop.scenes.protection.cell import Cell
+from campusloop.scenes.protection.cells import cells
 from campusloop.scenes.random_crowds import RandomScene, SceneSources, draw_scene, scene_sources
 from campusloop.scenes.stacks import profile_of
 from simulator.traffic.recordings import Clip, drone_clips

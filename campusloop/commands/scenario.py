@@ -14,8 +14,8 @@ from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
-from campusloop.scenes.scenario import Outcome, drive
-from campusloop.scenes.scenario_file import ScenarioError, ScenarioFile, load_scenario
+from campusloop.scenes.scenario_files.scenario import Outcome, drive
+from campusloop.scenes.scenario_files.scenario_file import ScenarioError, ScenarioFile, load_scenario
 from campusloop.scenes.stacks import profile_of
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.runtime.replay import replay_segment
@@ -30,13 +30,17 @@ EXIT_BAD_INPUT = 2
 
 @dataclass(frozen=True, slots=True)
 class ScenarioRun:
-    """One drive. out: folder for traces and run logs of all drives; None for none."""
+    """One drive. out: folder for traces and run logs of all drives; None for none.
+
+    plant_seed: of the shuttles' dynamics; None: nominal ones
+    """
 
     path: Path
     scenario: ScenarioFile
     stack: str
     profile: Profile
     out: Path | None
+    plant_seed: int | None = None
 
     @property
     def folder(self) -> Path | None:
@@ -56,6 +60,9 @@ def run(
     profile_path: Annotated[
         Path | None, typer.Option("--profile", help="Vehicle profile (TOML); the stack's own without it.")
     ] = None,
+    plant_seed: Annotated[
+        int | None, typer.Option(help="Of the shuttles' dynamics; nominal ones without it.")
+    ] = None,
     workers: Annotated[int, typer.Option(min=0, help="Processes; 0: one for each core.")] = 1,
     cluster: Annotated[
         str | None, typer.Option(help="Dask scheduler (tcp://HOST:8786) whose workers drive.")
@@ -71,7 +78,14 @@ def run(
         raise typer.Exit(EXIT_BAD_INPUT) from error
     ensure_kernels((*SIMULATOR, *sorted({group for name in profiles for group in for_vehicle(name)})))
     jobs = [
-        ScenarioRun(path.absolute(), scenario, name, profiles[name], None if out is None else out.absolute())
+        ScenarioRun(
+            path.absolute(),
+            scenario,
+            name,
+            profiles[name],
+            None if out is None else out.absolute(),
+            plant_seed,
+        )
         for name in profiles
         for path, scenario in found
         if not scenario.stacks or name in scenario.stacks
@@ -110,12 +124,12 @@ def drive_and_replay(job: ScenarioRun) -> tuple[tuple[str, ...], tuple[str, str,
     folder = job.folder
     try:
         if folder is None:
-            outcome = drive(job.scenario, job.path.stem, job.profile, job.path.parent, None)
+            outcome = drive(job.scenario, job.path.stem, job.profile, job.path.parent, None, job.plant_seed)
             return outcome.failures, _figures(outcome)
         # What is there now was left by a worker that was lost.
         shutil.rmtree(folder, ignore_errors=True)
         runs = folder / "runs"
-        outcome = drive(job.scenario, job.path.stem, job.profile, job.path.parent, runs)
+        outcome = drive(job.scenario, job.path.stem, job.profile, job.path.parent, runs, job.plant_seed)
     except ScenarioError as error:
         raise ScenarioError(f"{job.path}: {error}") from error
     outcome.run.trace.write(folder, job.path.stem)

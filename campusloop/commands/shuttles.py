@@ -50,6 +50,9 @@ def shuttles(
     held: Annotated[bool, typer.Option("--held", help="Leave it to the console to resume them.")] = False,
     people: Annotated[bool, typer.Option(help="Pedestrians around the shuttles.")] = True,
     seed: Annotated[int, typer.Option(help="Of noise and people.")] = 1,
+    plant_seed: Annotated[
+        int | None, typer.Option(help="Of the shuttles' dynamics; nominal ones without it.")
+    ] = None,
     base_port: Annotated[int, typer.Option(help="First of the loopback ports used.")] = BASE_PORT,
     wait_s: Annotated[float, typer.Option(min=0.0, help="How long the server may take to be ready.")] = 120.0,
 ) -> None:
@@ -70,6 +73,7 @@ def shuttles(
             base_port=base_port,
             pedestrians=people,
             profile_path=None if profile is None else profile.absolute(),
+            plant_seed=plant_seed,
         )
         trusted = True if certificate is None else ssl.create_default_context(cafile=certificate)
         simulated = SimulatedShuttles(options)

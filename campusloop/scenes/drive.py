@@ -11,6 +11,7 @@ import numpy as np
 
 from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.faults import Camera, FaultyInputs, InputFault, camera_feeds
+from campusloop.scenes.other_shuttle import OtherRoad, OtherRun, OtherShuttle
 from campusloop.scenes.path_map import LANE_ID
 from campusloop.scenes.trace import SceneTrace
 from campusloop.virtual.conductor import STEP_NS
@@ -64,6 +65,7 @@ class Scene:
     faults, cameras       faults of the vehicle's inputs; cameras over the map's observation areas
     resumes_s             when an operator resumes the vehicle
     stop_id               the stop at the route's end, if it ends at one
+    others                roads of other shuttles, each of the same profile
     """
 
     name: str
@@ -81,6 +83,7 @@ class Scene:
     cameras: tuple[Camera, ...] = ()
     resumes_s: tuple[float, ...] = ()
     stop_id: str = ""
+    others: tuple[OtherRoad, ...] = ()
 
     def with_plant(self, plant_seed: int | None) -> "Scene":
         """The scene with the vehicle's dynamics drawn from a seed; None: nominal ones."""
@@ -89,12 +92,14 @@ class Scene:
 
 @dataclass(frozen=True, slots=True)
 class SceneRun:
-    """The result of a drive. time_s: to the goal, or None if it was not reached.
+    """The result of a drive, which ends at the goal, or when the last shuttle is at the end of its road.
 
+    time_s       to the goal, or None if it was not reached
     plan_cpu_ms  CPU time of each motion plan
     limited_by   (what limited the planned speed, number of ticks), the most frequent first
     reported     guard modes and fault codes that occurred
     way_m        distance along the road at each row of the trace
+    others       the other shuttles, in the order of their roads
     """
 
     name: str
@@ -107,6 +112,7 @@ class SceneRun:
     limited_by: tuple[tuple[str, int], ...]
     reported: tuple[str, ...] = ()
     way_m: tuple[float, ...] = ()
+    others: tuple[OtherRun, ...] = ()
 
 
 class SceneDrive:
@@ -124,9 +130,12 @@ class SceneDrive:
         self._segment = int(np.searchsorted(self._way.s, scene.start_s_m))
         self._start = Pose2(*pose_at(self._way.points, self._way.s, scene.start_s_m))
         options = replace(scene.options, actors=scene.actors)
+        roads = {f"{VEHICLE_ID}-{k}": road for k, road in enumerate(scene.others, start=2)}
+        starts = {VEHICLE_ID: self._start} | {name: road.start for name, road in roads.items()}
         self.world = SimWorld(
-            scene.road_map, {VEHICLE_ID: profile}, {VEHICLE_ID: self._start}, scene.seed, NoPhones(), options
+            scene.road_map, dict.fromkeys(starts, profile), starts, scene.seed, NoPhones(), options
         )
+        self._others = [OtherShuttle(name, road, profile, self.world) for name, road in roads.items()]
         car = build_car(profile, scene.road_map)
         self._log: RunLogFiles | None = None
         recorder = None
@@ -156,7 +165,7 @@ class SceneDrive:
         """Drive to the goal or the time limit; `watch` is called after every step."""
         self._set_off()
         scene, begin_ns = self.scene, self.now_ns
-        self._begin_ns = begin_ns
+        self._begin_ns, reached_s = begin_ns, None
         while self.now_ns - begin_ns < scene.limit_s * 1e9:
             self.step()
             assert self.outputs is not None
@@ -166,18 +175,22 @@ class SceneDrive:
             limited_by = self.outputs.flow.path.limited_by
             self._limited[limited_by] = self._limited.get(limited_by, 0) + 1
             truth = self.world.truth(VEHICLE_ID)
-            self._trace.add((self.now_ns - begin_ns) * 1e-9, truth, self.world.bodies())
+            t_s = (self.now_ns - begin_ns) * 1e-9
+            self._trace.add(t_s, truth, self.world.road_users_of(VEHICLE_ID))
+            for other in self._others:
+                other.record(t_s)
             self._way_m.append(scene.start_s_m + self._driven_m())
             watch(self)
-            if self._way_m[-1] >= scene.goal_s_m:
+            if reached_s is None and self._way_m[-1] >= scene.goal_s_m:
+                reached_s = t_s
+            if reached_s is not None and all(other.has_arrived for other in self._others):
                 break
         if self._log is not None:
             self._log.close()
         rows = self._trace.array()
-        reached = self._way_m[-1] >= scene.goal_s_m
         return SceneRun(
             scene.name,
-            float(rows[-1, 0]) if reached else None,
+            reached_s,
             self._driven_m(),
             self._trace,
             contact_metrics(rows, self._trace.agents, scene.profile.body),
@@ -186,6 +199,7 @@ class SceneDrive:
             tuple(sorted(self._limited.items(), key=lambda item: -item[1])),
             tuple(self._reported),
             tuple(self._way_m),
+            tuple(other.result() for other in self._others),
         )
 
     def _driven_m(self) -> float:
@@ -202,13 +216,18 @@ class SceneDrive:
         for _ in range(25):
             self.step()
         self._send_order()
+        for other in self._others:
+            other.send_order(self.now_ns)
         for _ in range(_SET_OFF_STEPS_MAX):
             self.step()
-            if self.outputs is not None and self.outputs.flow.motion.enabled:
+            is_engaged = self.outputs is not None and self.outputs.flow.motion.enabled
+            if is_engaged and all(other.is_engaged for other in self._others):
                 break
         else:
             raise SceneError(f"{self.scene.name}: by-wire was not engaged")
         self.world.place(VEHICLE_ID, self._start, self.scene.start_mps)
+        for other in self._others:
+            other.set_off()
         if actors is not None:
             actors.hold = False
 
@@ -239,6 +258,8 @@ class SceneDrive:
         self._tick_cpu_s += self.wired.tick_cpu_s
         if self._log is not None:
             self._log.write(self.computer.entries)
+        for other in self._others:
+            other.step(now_ns)
         self.world.step(now_ns)
         self.now_ns += STEP_NS
 

@@ -99,6 +99,8 @@ FaultCode = Literal[
     "bywire_timeout",
     "bywire_wheel_mismatch",
     "stop_button_fault",
+    "steering_unlike_profile",
+    "pedals_unlike_profile",
     "emergency_stop_pressed",
     "can_frame_malformed",
     "can_accelerator_report_lost",

@@ -22,6 +22,7 @@ class ScriptedRole:
     distance_m     the cue needs a shuttle's bumper within this distance; None: any distance
     after_s        from the cue to the first step
     stays          the actor stands at the end of its path; otherwise it disappears
+    halt_at        number of a place of the path where the actor stops dead, for halt_s; None: nowhere
     """
 
     kind: int
@@ -34,6 +35,8 @@ class ScriptedRole:
     distance_m: float | None = None
     after_s: float = 0.0
     stays: bool = True
+    halt_at: int | None = None
+    halt_s: float = 0.0
 
 
 class ScriptedTraffic:
@@ -75,13 +78,18 @@ class _ScriptedActor:
         self._speed_mps = 0.0
         self._cue_s: float | None = None
         self._next = 0
+        self._halted_s = 0.0
 
     def step(self, clock_s: float, vehicles: Array, dt_s: float) -> None:
         role = self.role
-        if self._cue_s is None and self._is_cued(clock_s, vehicles):
+        if self._cue_s is None and is_cued(*self.pose[:2], role.from_s, role.distance_m, clock_s, vehicles):
             self._cue_s = clock_s
         if self._cue_s is None or clock_s - self._cue_s < role.after_s or self._next >= len(role.way):
             self.velocity = (0.0, 0.0)
+            return
+        if self._is_halted():
+            self._halted_s += dt_s
+            self._speed_mps, self.velocity = 0.0, (0.0, 0.0)
             return
         left_m = self._left_m()
         # An actor that stays brakes to a stop at the end of its path; others do not.
@@ -96,7 +104,7 @@ class _ScriptedActor:
     def _walk(self, step_m: float, dt_s: float) -> None:
         x0, y0, yaw = self.pose
         x, y = x0, y0
-        while step_m > 0.0 and self._next < len(self.role.way):
+        while step_m > 0.0 and self._next < len(self.role.way) and not self._is_halted():
             to_x, to_y = self.role.way[self._next]
             distance_m = math.hypot(to_x - x, to_y - y)
             if distance_m > 1e-9:
@@ -109,20 +117,32 @@ class _ScriptedActor:
         self.pose = (x, y, yaw)
         self.velocity = ((x - x0) / dt_s, (y - y0) / dt_s)
 
+    def _is_halted(self) -> bool:
+        """The actor has come to the place where it stops dead, and has not stood there long enough."""
+        role = self.role
+        return role.halt_at is not None and self._next == role.halt_at + 1 and self._halted_s < role.halt_s
+
     def _left_m(self) -> float:
         rest = np.vstack((np.array([self.pose[:2]]), self.role.way[self._next :]))
         return float(np.hypot(*np.diff(rest, axis=0).T).sum())
 
-    def _is_cued(self, clock_s: float, vehicles: Array) -> bool:
-        role = self.role
-        if role.from_s is not None and clock_s < role.from_s:
-            return False
-        if role.distance_m is None:
-            return True
-        bumpers_x = vehicles[:, V_X] + vehicles[:, V_FRONT] * np.cos(vehicles[:, V_YAW])
-        bumpers_y = vehicles[:, V_Y] + vehicles[:, V_FRONT] * np.sin(vehicles[:, V_YAW])
-        apart = np.hypot(bumpers_x - self.pose[0], bumpers_y - self.pose[1])
-        return bool((apart <= role.distance_m).any())
+
+def is_cued(
+    x_m: float,
+    y_m: float,
+    from_s: float | None,
+    distance_m: float | None,
+    clock_s: float,
+    vehicles: Array,
+) -> bool:
+    """Whether somebody at this place starts now; from_s, distance_m as in `ScriptedRole`."""
+    if from_s is not None and clock_s < from_s:
+        return False
+    if distance_m is None:
+        return True
+    bumpers_x = vehicles[:, V_X] + vehicles[:, V_FRONT] * np.cos(vehicles[:, V_YAW])
+    bumpers_y = vehicles[:, V_Y] + vehicles[:, V_FRONT] * np.sin(vehicles[:, V_YAW])
+    return bool((np.hypot(bumpers_x - x_m, bumpers_y - y_m) <= distance_m).any())
 
 
 class ActorGroups:

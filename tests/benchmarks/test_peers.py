@@ -16,7 +16,7 @@ from benchmarks.peers.pursuit import Pursuit
 from benchmarks.peers.score import Result, summary
 from campusloop.scenes.drive import Scene, SceneDrive
 from campusloop.scenes.path_map import LANE_ID, path_map
-from campusloop.scenes.protection_cells import cells
+from campusloop.scenes.protection.cells import cells
 from campusloop.scenes.stacks import profile_of
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import Route, route_line

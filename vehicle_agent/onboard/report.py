@@ -1,8 +1,11 @@
 """The ages of the guard's inputs, and the status for the server."""
 
+import msgspec
+
 from contract.wire.messages import Status
 from vehicle_agent.signals import (
     Ages,
+    ControlCommand,
     Detections,
     Ego,
     GuardStatus,
@@ -22,6 +25,13 @@ def ages(now_ns: int, motion: VehicleMotion, ego: Ego, detections: Detections, p
         percept_ns=_age(now_ns, detections.stamp_ns),
         path_ns=_age(now_ns, path.stamp_ns),
     )
+
+
+def with_faults(motion: VehicleMotion, command: ControlCommand) -> VehicleMotion:
+    """What the vehicle reports with what control finds wrong with it: the guard judges both alike."""
+    if not command.faults:
+        return motion
+    return msgspec.structs.replace(motion, faults=(*motion.faults, *command.faults))
 
 
 def _age(now_ns: int, stamp_ns: int) -> int:

@@ -4,7 +4,7 @@ Pure: the same state and inputs give the same state and outputs, live, in simula
 """
 
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.onboard.report import ages, status
+from vehicle_agent.onboard.report import ages, status, with_faults
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.signals import Flow, Inputs, Outputs
 
@@ -21,8 +21,9 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     )
     path, pln = car.planning.step(state.planning, ego, world, task, inputs.plans)
     command, ctl = car.control.step(state.control, ego, path, motion)
+    judged = with_faults(motion, command)
     actuation, guard_status, grd = car.guard.step(
-        state.guard, command, motion, ego, world, task, path, ages(now, motion, ego, detections, path)
+        state.guard, command, judged, ego, world, task, path, ages(now, motion, ego, detections, path)
     )
     hmi_output, hmi = car.hmi.step(state.hmi, task, path, world, guard_status, now)
     frames, can = car.can.encode(can, actuation, now, hmi_output.signals)

@@ -10,13 +10,17 @@ from vehicle_agent.signals.vehicle import Fault
 
 
 class ControlCommand(msgspec.Struct, frozen=True):
-    """control: the requested actuation, before the guard."""
+    """control: the requested actuation, before the guard.
+
+    faults  what control finds wrong with the vehicle
+    """
 
     steer_rad: float
     throttle_ratio: float
     brake_ratio: float
     accel_mps2: float
     diagnostics: tuple[tuple[str, float], ...] = ()
+    faults: tuple[Fault, ...] = ()
 
 
 Gear = Literal["park", "reverse", "neutral", "drive"]

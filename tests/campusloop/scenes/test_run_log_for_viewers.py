@@ -6,8 +6,8 @@ import jsonschema_rs
 import pytest
 from mcap.reader import make_reader
 
-from campusloop.scenes.scenario import drive
-from campusloop.scenes.scenario_file import load_scenario
+from campusloop.scenes.scenario_files.scenario import drive
+from campusloop.scenes.scenario_files.scenario_file import load_scenario
 from campusloop.scenes.stacks import profile_of
 
 SCENARIO = """

@@ -8,12 +8,11 @@ from typer.testing import CliRunner
 
 from campusloop.cli import app_of
 from campusloop.scenes.faults import Camera, InputFault
-from campusloop.scenes.scenario import Outcome, drive
-from campusloop.scenes.scenario_file import (
-    Cue,
+from campusloop.scenes.scenario_files.road_users import Cue, Follower, Group, OtherShuttle, Person, Queue
+from campusloop.scenes.scenario_files.scenario import Outcome, drive
+from campusloop.scenes.scenario_files.scenario_file import (
     Expectations,
     Operator,
-    Person,
     Road,
     ScenarioError,
     ScenarioFile,
@@ -88,3 +87,48 @@ def test_the_command_says_what_failed_and_exits_so(tmp_path: Path) -> None:
     unknown = CliRunner().invoke(app, ["scenario", "run", str(file), "--stack", "ghost"])
     assert unknown.exit_code == 2
     assert "ghost" in unknown.output
+
+
+def test_two_shuttles_of_one_stack_pass_each_other_and_see_each_other() -> None:
+    found = ScenarioFile(
+        title="t",
+        road=Road(path=((0.0, -2.2), (50.0, -2.2)), width_m=4.4),
+        other_shuttle=(OtherShuttle(path=((50.0, 2.2), (0.0, 2.2)), width_m=4.4),),
+        max_time_s=40.0,
+        expect=Expectations(reaches_goal=True, others_arrive=True, clearance_m_min=2.0),
+    )
+    outcome = driven(found)
+    (other,) = outcome.run.others
+    assert outcome.run.time_s is not None
+    assert not other.metrics.front_contacts
+    assert 2.0 < outcome.run.metrics.clearance_m < 3.5
+    assert len(outcome.run.trace.agents[0].numbers) == 1
+    assert outcome.failures == ()
+
+
+def test_a_shuttle_that_sets_off_too_early_is_told() -> None:
+    bad = driven(msgspec.structs.replace(EASY, expect=Expectations(stands_until_s=15.0)))
+    assert "before 15 s" in bad.failures[0]
+
+
+def test_a_group_stops_the_shuttle_and_a_follower_does_not() -> None:
+    group = Group(at=(30.0, 0.0), count=4)
+    follower = Follower(at=(8.0, 4.0), place=(-2.5, 0.0), speed_mps=3.0)
+    queue = Queue(at=(40.0, -3.0), count=5, heading_deg=180.0)
+    stops = Expectations(reaches_goal=False, never_passes_s_m=27.0)
+    road = msgspec.structs.replace(EASY, shuttle=Shuttle(goal_s_m=38.0))
+    assert driven(msgspec.structs.replace(road, group=(group,), expect=stops)).failures == ()
+    followed = msgspec.structs.replace(
+        EASY, follower=(follower,), queue=(queue,), expect=Expectations(reaches_goal=True)
+    )
+    outcome = driven(followed)
+    assert outcome.failures == ()
+    assert len(outcome.run.trace.agents[0].numbers) == 6
+
+
+def test_a_plant_seed_gives_another_drive_of_the_same_scene() -> None:
+    nominal = driven(EASY)
+    drawn = drive(EASY, "test", Profile(), Path(), None, plant_seed=3)
+    again = drive(EASY, "test", Profile(), Path(), None, plant_seed=3)
+    assert drawn.run.trace.rows == again.run.trace.rows
+    assert drawn.run.trace.rows != nominal.run.trace.rows

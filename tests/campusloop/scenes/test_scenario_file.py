@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from campusloop.commands.scenario import scenario_paths
-from campusloop.scenes.scenario import scene_of
-from campusloop.scenes.scenario_file import ScenarioError, load_scenario
+from campusloop.scenes.scenario_files.scenario import scene_of
+from campusloop.scenes.scenario_files.scenario_file import ScenarioError, load_scenario
 from vehicle_agent.config import Profile
 
 SHIPPED = Path(__file__).resolve().parents[3] / "scenarios"
@@ -43,6 +43,27 @@ def test_every_shipped_file_is_a_scene(path: Path) -> None:
         (GOOD + '[[fault]]\nkind = "gremlin"\n', "$.fault[0].kind", "gremlin"),
         (GOOD + '[[fault]]\nkind = "pose_nan"\nfrom_s = 3.0\nto_s = 2.0\n', "$.fault[0].to_s", "later"),
         (GOOD + '[[camera]]\narea = "x"\nrate_hz = 0.0\n', "$.camera[0].rate_hz", "more than 0"),
+        (
+            GOOD + "[[person]]\nat = [1, 2]\ncyclist = true\nscooter = true\n",
+            "$.person[0].scooter",
+            "not both",
+        ),
+        (
+            GOOD + "[[person]]\nat = [1, 2]\nway = [[3, 4]]\nhalts_at = 1\n",
+            "$.person[0].halts_at",
+            "1 places",
+        ),
+        (GOOD + "[[group]]\nat = [1, 2]\ncount = 1\n", "$.group[0].count", ">= 2"),
+        (GOOD + "[[queue]]\nat = [1, 2]\ncount = 3\nboards_at = [nan, 0]\n", "$.queue[0]", "not finite"),
+        (GOOD + "[[door]]\nat = [1, 2]\npeople = 5\ngoals = []\n", "$.door[0].goals", "one place"),
+        (
+            GOOD + "[[door]]\nat = [1, 2]\npeople = 5\ngoals = [[1, 1]]\npeople_per_s = 0.0\n",
+            "$.door[0].people_per_s",
+            "> 0.0",
+        ),
+        (GOOD + "[[follower]]\nat = [1, 2]\n", "$.follower[0]", "missing required field `place`"),
+        (GOOD + "[[other_shuttle]]\npath = [[0, 0]]\n", "$.other_shuttle[0].path", "two places"),
+        (GOOD + "[expect]\nothers_arrive = true\n", "$.expect.others_arrive", "no `[[other_shuttle]]`"),
         ("title = \n", "s.toml", "value"),
     ],
 )

@@ -70,3 +70,12 @@ def test_groups_keep_their_numbers_apart_and_hold_together() -> None:
     both.hold = False
     both.step(vehicles(0.0), np.zeros(1), np.zeros((1, 1, 2)), DT_S)
     assert both.bodies().poses_map[0, 2] == pytest.approx(-0.5 * math.pi)
+
+
+def test_who_stops_dead_stands_at_the_place_and_goes_on_later() -> None:
+    halting = changed(way=np.array([[0.0, 0.0], [0.0, -4.0]]), halt_at=0, halt_s=10.0)
+    there = played(halting, 8.0).bodies()
+    assert there.poses_map[0, :2] == pytest.approx([0.0, 0.0])
+    assert there.velocities_map_mps[0].tolist() == [0.0, 0.0]
+    assert played(halting, 4.2).bodies().velocities_map_mps[0, 1] <= 0.0
+    assert played(halting, 30.0).bodies().poses_map[0, 1] == pytest.approx(-4.0)

@@ -17,6 +17,7 @@ from vehicle_agent.control.actuators import (
     pedal_accel_mps2,
     propagate,
 )
+from vehicle_agent.control.learned_bounds import AT_BOUND_SHARE
 from vehicle_agent.control.mpc.lateral_model import Chassis, dynamic_share
 from vehicle_agent.control.trajectory.pose_filter import (
     COMPLIANCE,
@@ -107,6 +108,18 @@ class Observer(msgspec.Struct, frozen=True):
         """The reported brake is more than the recent commands (m, 3) explain."""
         commanded = max(float(commands[:, 2].max()), 0.0)
         return motion.enabled and motion.brake_ratio > commanded + self.external_brake_ratio
+
+    def begun_again(self, state: ObserverState) -> ObserverState:
+        """Without what was learned: pose, biases and disturbance are estimated afresh."""
+        return msgspec.structs.replace(
+            state, pose_estimate=initial_filter_state(self.steer_bias_rad), disturbance_mps2=0.0
+        )
+
+    def is_steering_at_bound(self, state: ObserverState) -> bool:
+        return abs(state.steer_bias_rad) >= AT_BOUND_SHARE * self.filter.steer_bias_rad_max
+
+    def is_disturbance_at_bound(self, state: ObserverState) -> bool:
+        return abs(state.disturbance_mps2) >= AT_BOUND_SHARE * self.disturbance_mps2_max
 
     def turn_params(self, state: ObserverState) -> Array:
         """(4,) the turn parameters of `actuators.propagate`."""

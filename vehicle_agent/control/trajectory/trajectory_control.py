@@ -11,6 +11,7 @@ import numpy as np
 
 from contract.geometry import Array, wrap_angle
 from vehicle_agent.control.actuators import MSPEED, MX, MY, MYAW
+from vehicle_agent.control.learned_bounds import LearnedBounds, LearnedBoundsState
 from vehicle_agent.control.mpc.bounded import prepare
 from vehicle_agent.control.trajectory.observer import Observer, ObserverState
 from vehicle_agent.control.trajectory.speed_control import SpeedControl, SpeedControlResult, SpeedControlState
@@ -43,6 +44,7 @@ class TrajectoryControlState(msgspec.Struct, frozen=True):
     solves: int = 0
     bounded: int = 0
     infeasible: int = 0
+    bounds: LearnedBoundsState = LearnedBoundsState()
 
 
 class TrajectoryReference(msgspec.Struct, frozen=True):
@@ -71,6 +73,7 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
     off_path_m: float = 2.0
     off_path_rad: float = 1.0
     no_pose_s_max: float = 0.5
+    bounds: LearnedBounds = LearnedBounds()
     dt_s: float = 0.02
 
     def initial(self) -> TrajectoryControlState:
@@ -99,6 +102,16 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
             state = msgspec.structs.replace(state, speed=self.speed.initial())
         holding = state.speed.pedals.holding
         estimate = self.observer.step(state.estimate, ego, motion, state.commands, holding)
+        bounds, begins_again = self.bounds.step(
+            state.bounds,
+            self.observer.is_steering_at_bound(estimate),
+            self.observer.is_disturbance_at_bound(estimate),
+            ego,
+            motion,
+        )
+        if begins_again:
+            estimate = self.observer.begun_again(estimate)
+        state = msgspec.structs.replace(state, bounds=bounds)
         reference = self._reference(ego, path, estimate)
         speed_reference = (
             reference if reference.fault == NO_FAULT else self._stop_reference(estimate, reference.fault)
@@ -225,6 +238,7 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
                 ("path_fault", float(reference.fault)),
                 ("solver_iterations", float(speed.iterations + steer.iterations)),
             ),
+            faults=state.bounds.faults,
         )
         new = TrajectoryControlState(
             estimate,
@@ -234,5 +248,6 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
             state.solves + 1,
             state.bounded + int(speed.bounded or steer.bounded),
             state.infeasible + int(not (speed.feasible and steer.feasible)),
+            state.bounds,
         )
         return command, new

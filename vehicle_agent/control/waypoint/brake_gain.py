@@ -38,6 +38,9 @@ class BrakeGain(msgspec.Struct, frozen=True):
     share_max: float = 1.4
     dt_s: float = 0.02
 
+    def is_at_bound(self, state: BrakeGainState) -> bool:
+        return not self.share_min < state.share < self.share_max
+
     def step(
         self, state: BrakeGainState, command_mps2: float, brake_ratio: float, ego: Ego, motion: VehicleMotion
     ) -> BrakeGainState:

@@ -4,6 +4,7 @@ import math
 
 import msgspec
 
+from vehicle_agent.control.learned_bounds import AT_BOUND_SHARE
 from vehicle_agent.signals import Ego, VehicleMotion
 
 
@@ -34,3 +35,6 @@ class SteeringTrim(msgspec.Struct, frozen=True):
         deviation_rad = min(max(effective_rad - motion.steer_rad, -0.1), 0.1)
         trim_rad += (deviation_rad - trim_rad) * self.dt_s / self.settle_s
         return min(max(trim_rad, -self.trim_rad_max), self.trim_rad_max)
+
+    def is_at_bound(self, trim_rad: float) -> bool:
+        return abs(trim_rad) >= AT_BOUND_SHARE * self.trim_rad_max

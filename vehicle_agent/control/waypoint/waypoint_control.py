@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
+from vehicle_agent.control.learned_bounds import LearnedBounds, LearnedBoundsState
 from vehicle_agent.control.waypoint.brake_gain import BrakeGain, BrakeGainState
 from vehicle_agent.control.waypoint.follower import FollowerState, WaypointFollower, predicted_pose
 from vehicle_agent.control.waypoint.pure_pursuit import PurePursuit
@@ -30,6 +31,7 @@ class WaypointControlState(msgspec.Struct, frozen=True):
     trim_rad: float = 0.0
     slip: RearSlipState | None = None
     brake_gain: BrakeGainState = BrakeGainState()
+    bounds: LearnedBoundsState = LearnedBoundsState()
 
 
 class WaypointControl(msgspec.Struct, frozen=True):
@@ -50,6 +52,7 @@ class WaypointControl(msgspec.Struct, frozen=True):
     brake_gain: BrakeGain | None = None
     steer_delay_s: float = 0.25
     released_brake_ratio: float = 0.2
+    bounds: LearnedBounds = LearnedBounds()
     dt_s: float = 0.02
 
     def initial(self) -> WaypointControlState:
@@ -78,6 +81,15 @@ class WaypointControl(msgspec.Struct, frozen=True):
         elif path.speed_mps > 0.0 and self._is_held(ego, motion):
             state = msgspec.structs.replace(state, pedals=TwistState())
         trim_rad = 0.0 if self.trim is None else self.trim.step(state.trim_rad, ego, motion)
+        bounds, begins_again = self.bounds.step(
+            state.bounds,
+            self.trim is not None and self.trim.is_at_bound(trim_rad),
+            self.brake_gain is not None and self.brake_gain.is_at_bound(brake_gain),
+            ego,
+            motion,
+        )
+        if begins_again:
+            trim_rad, brake_gain = self.initial().trim_rad, BrakeGainState()
         if path.emergency:
             pedals = self.twist.full_stop()
         else:
@@ -123,9 +135,10 @@ class WaypointControl(msgspec.Struct, frozen=True):
                 ("accel_filtered_mps2", pedals.accel_filtered_mps2),
                 ("throttle_integral", pedals.integral_ratio),
             ),
+            faults=bounds.faults,
         )
         return command, WaypointControlState(
-            np.append(state.steers_rad[1:], steer_rad), follower, pedals, trim_rad, slip, brake_gain
+            np.append(state.steers_rad[1:], steer_rad), follower, pedals, trim_rad, slip, brake_gain, bounds
         )
 
     def _course_pose(self, slip: RearSlipState | None, ego: Ego) -> Pose2:

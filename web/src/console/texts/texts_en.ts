@@ -156,6 +156,8 @@ export const en = {
     tracks_not_finite: "tracks are not numbers",
     lidar_blind: "lidar is blind",
     command_not_finite: "control command is not a number",
+    steering_unlike_profile: "steering is not that of the profile",
+    pedals_unlike_profile: "brake or drive is not that of the profile",
     clock_went_back: "clock went back",
     tick_late: "computer was late",
     tick_lost: "computer stood still",

@@ -133,6 +133,8 @@ export const zh: ConsoleTexts = {
     tracks_not_finite: "跟踪数据无效",
     lidar_blind: "激光雷达失效",
     command_not_finite: "控制指令无效",
+    steering_unlike_profile: "转向与车辆配置不符",
+    pedals_unlike_profile: "制动或驱动与车辆配置不符",
     clock_went_back: "时钟倒退",
     tick_late: "车载电脑延迟",
     tick_lost: "车载电脑停顿",

@@ -11,22 +11,28 @@ import msgspec
 from msgspec import Meta
 
 from campusloop.scenes.faults import Camera, InputFault
+from campusloop.scenes.scenario_files.road_users import (
+    Crowd,
+    Door,
+    Follower,
+    Group,
+    NotNegative,
+    OtherShuttle,
+    Person,
+    Place,
+    Positive,
+    Queue,
+    Table,
+    Vehicle,
+)
 from contract.roads.model import Scenario
-
-Place = tuple[float, float]
-Positive = Annotated[float, Meta(gt=0.0)]
-NotNegative = Annotated[float, Meta(ge=0.0)]
 
 
 class ScenarioError(Exception):
     """A scenario file cannot be driven; the message names file and field."""
 
 
-class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    pass
-
-
-class Crossing(_Table, frozen=True):
+class Crossing(Table, frozen=True):
     """An observation area across the path, between s_m and s_m + length_m, reach_m to each side."""
 
     id: str
@@ -36,7 +42,7 @@ class Crossing(_Table, frozen=True):
     kind: Literal["crossing", "intersection"] = "crossing"
 
 
-class Road(_Table, frozen=True):
+class Road(Table, frozen=True):
     """Either `path` (points of the rear axle's path, m) or `map` with two of its stops."""
 
     path: tuple[Place, ...] = ()
@@ -49,7 +55,7 @@ class Road(_Table, frozen=True):
     to_stop: str = ""
 
 
-class Shuttle(_Table, frozen=True):
+class Shuttle(Table, frozen=True):
     """start_s_m, goal_s_m: along the road; default goal: 6 m before its end. speed_mps_max 0: no cap."""
 
     start_s_m: NotNegative = 6.0
@@ -58,45 +64,7 @@ class Shuttle(_Table, frozen=True):
     speed_mps_max: NotNegative = 0.0
 
 
-class Cue(_Table, frozen=True):
-    """When a person or vehicle starts: at a time, at a distance, or when both are reached.
-
-    after_s: delay from then on
-    """
-
-    time_s: NotNegative | None = None
-    distance_m: Positive | None = None
-    after_s: NotNegative = 0.0
-
-
-class Person(_Table, frozen=True):
-    """Stands at `at` with heading_deg, then walks along the places of `way`."""
-
-    at: Place
-    heading_deg: float = 0.0
-    way: tuple[Place, ...] = ()
-    speed_mps: Positive = 1.3
-    diameter_m: Positive = 0.5
-    cyclist: bool = False
-    when: Cue = Cue()
-    stays: bool = True
-
-
-class Vehicle(_Table, frozen=True):
-    """Parked, or driving along `way`."""
-
-    at: Place
-    heading_deg: float = 0.0
-    way: tuple[Place, ...] = ()
-    speed_mps: Positive = 4.0
-    accel_mps2: Positive = 1.0
-    length_m: Positive = 4.5
-    width_m: Positive = 1.8
-    when: Cue = Cue()
-    stays: bool = True
-
-
-class Occluder(_Table, frozen=True):
+class Occluder(Table, frozen=True):
     """A wall or a hut that occludes what is behind it."""
 
     at: Place
@@ -106,31 +74,23 @@ class Occluder(_Table, frozen=True):
     height_m: Positive = 3.0
 
 
-class Crowd(_Table, frozen=True):
-    """People who react: see `simulator.traffic.social_crowd`."""
-
-    people_per_100m2: NotNegative
-    attentive_ratio: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.8
-    reach_m: Positive = 12.0
-
-
-class Noise(_Table, frozen=True):
+class Noise(Table, frozen=True):
     """Of the tracker. dropout_ratio: of scans in which a visible object is missed."""
 
     dropout_ratio: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.03
     latency_s: NotNegative = 0.08
 
 
-class Operator(_Table, frozen=True):
+class Operator(Table, frozen=True):
     """resume_s: when an operator resumes the vehicle."""
 
     resume_s: tuple[NotNegative, ...] = ()
 
 
-class Expectations(_Table, frozen=True):
+class Expectations(Table, frozen=True):
     """What the run must fulfil; missing fields are not checked.
 
-    contacts           front contacts, at most
+    contacts           front contacts of all shuttles, at most
     reaches_goal       within the scenario's max_time_s
     time_s_max         to the goal
     clearance_m_min    to every person and vehicle while the vehicle moved
@@ -138,6 +98,8 @@ class Expectations(_Table, frozen=True):
     never_passes_s_m   the rear axle never passed this position
     stands_s_min       total time of standing after the vehicle has moved
     decel_mps2_max     the hardest braking (mean over 0.1 s)
+    stands_until_s     the vehicle has not moved before this time
+    others_arrive      the other shuttles come to the ends of their roads
     says               texts among the reported modes, fault codes and limits
     never_says         texts that must not be among them
     """
@@ -150,11 +112,13 @@ class Expectations(_Table, frozen=True):
     never_passes_s_m: Positive | None = None
     stands_s_min: Positive | None = None
     decel_mps2_max: Positive | None = None
+    stands_until_s: Positive | None = None
+    others_arrive: bool | None = None
     says: tuple[str, ...] = ()
     never_says: tuple[str, ...] = ()
 
 
-class ScenarioFile(_Table, frozen=True):
+class ScenarioFile(Table, frozen=True):
     """One scenario. stacks: the stacks to which it applies; empty: all."""
 
     title: str
@@ -166,6 +130,11 @@ class ScenarioFile(_Table, frozen=True):
     person: tuple[Person, ...] = ()
     vehicle: tuple[Vehicle, ...] = ()
     occluder: tuple[Occluder, ...] = ()
+    group: tuple[Group, ...] = ()
+    queue: tuple[Queue, ...] = ()
+    door: tuple[Door, ...] = ()
+    follower: tuple[Follower, ...] = ()
+    other_shuttle: tuple[OtherShuttle, ...] = ()
     crowd: Crowd | None = None
     noise: Noise = Noise()
     camera: tuple[Camera, ...] = ()
@@ -207,6 +176,19 @@ def _wrong(found: ScenarioFile) -> list[tuple[str, str]]:
     for k, camera in enumerate(found.camera):
         if not camera.rate_hz > 0.0:
             wrong.append((f"camera[{k}].rate_hz", "the rate must be more than 0 Hz"))
+    for k, person in enumerate(found.person):
+        if person.cyclist and person.scooter:
+            wrong.append((f"person[{k}].scooter", "somebody rides a bicycle or a scooter, not both"))
+        if person.halts_at is not None and person.halts_at >= len(person.way):
+            wrong.append((f"person[{k}].halts_at", f"`way` has only {len(person.way)} places"))
+    for k, door in enumerate(found.door):
+        if not door.goals:
+            wrong.append((f"door[{k}].goals", "give at least one place to go to"))
+    for k, other in enumerate(found.other_shuttle):
+        if len(other.path) < 2:
+            wrong.append((f"other_shuttle[{k}].path", "a path needs at least two places"))
+    if found.expect.others_arrive is not None and not found.other_shuttle:
+        wrong.append(("expect.others_arrive", "there is no `[[other_shuttle]]`"))
     for name, places in _places(found):
         if not all(math.isfinite(value) for place in places for value in place):
             wrong.append((name, "a coordinate is not finite"))
@@ -218,4 +200,12 @@ def _places(found: ScenarioFile) -> list[tuple[str, tuple[Place, ...]]]:
     out += [(f"person[{k}]", (one.at, *one.way)) for k, one in enumerate(found.person)]
     out += [(f"vehicle[{k}]", (one.at, *one.way)) for k, one in enumerate(found.vehicle)]
     out += [(f"occluder[{k}]", (one.at,)) for k, one in enumerate(found.occluder)]
+    out += [(f"group[{k}]", (one.at, *one.way)) for k, one in enumerate(found.group)]
+    out += [
+        (f"queue[{k}]", (one.at, one.boards_at) if one.boards_at else (one.at,))
+        for k, one in enumerate(found.queue)
+    ]
+    out += [(f"door[{k}]", (one.at, *one.goals)) for k, one in enumerate(found.door)]
+    out += [(f"follower[{k}]", (one.at, one.place, *one.then)) for k, one in enumerate(found.follower)]
+    out += [(f"other_shuttle[{k}].path", one.path) for k, one in enumerate(found.other_shuttle)]
     return out

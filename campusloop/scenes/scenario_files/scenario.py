@@ -9,22 +9,29 @@ import numpy as np
 
 from campusloop.scenes.drive import Scene, SceneDrive, SceneError, SceneRun
 from campusloop.scenes.faults import CameraError
+from campusloop.scenes.other_shuttle import OtherRoad
 from campusloop.scenes.path_map import LANE_ID, path_map
-from campusloop.scenes.scenario_file import Cue, Expectations, Occluder, Road, ScenarioError, ScenarioFile
+from campusloop.scenes.scenario_files.actors import actors_of
+from campusloop.scenes.scenario_files.road_users import OtherShuttle
+from campusloop.scenes.scenario_files.scenario_file import (
+    Expectations,
+    Occluder,
+    Road,
+    ScenarioError,
+    ScenarioFile,
+)
 from contract.geometry import Array, arc_lengths, pose_at
 from contract.roads.load import MapError, load_map
 from contract.roads.model import Building, ObservationArea, RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.routing import Route, find_route, route_line
 from simulator.sensors.tracker import TrackerNoise
-from simulator.traffic.scripted import ActorGroups, ScriptedRole, ScriptedTraffic
-from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.world import WorldOptions
 from vehicle_agent.config import Profile
-from vehicle_agent.signals import CYCLIST, PEDESTRIAN, VEHICLE
 
 _BEFORE_END_M = 6.0
 _STANDS_MPS = 0.05
+_MOVED_M = 0.05
 _STOOD_ROWS = 25
 
 
@@ -74,20 +81,32 @@ def scene_of(found: ScenarioFile, name: str, profile: Profile, folder: Path) -> 
         goal_s_m=goal_s_m,
         limit_s=found.max_time_s,
         seed=found.seed,
-        actors=_actors(found, points),
+        actors=actors_of(found, points),
         options=WorldOptions(traffic=None, tracker=tracker),
         route=route,
         faults=found.fault,
         cameras=found.camera,
         resumes_s=tuple(sorted(found.operator.resume_s)),
         stop_id=road.to_stop,
+        others=tuple(_other(one, walls, name, k) for k, one in enumerate(found.other_shuttle)),
     )
 
 
-def drive(found: ScenarioFile, name: str, profile: Profile, folder: Path, runs: Path | None) -> Outcome:
-    """Drive a scenario. runs: folder of the run log, None for no log. Raises ScenarioError."""
+def drive(
+    found: ScenarioFile,
+    name: str,
+    profile: Profile,
+    folder: Path,
+    runs: Path | None,
+    plant_seed: int | None = None,
+) -> Outcome:
+    """Drive a scenario. Raises ScenarioError.
+
+    runs        folder of the run log, None for no log
+    plant_seed  of the shuttles' dynamics; None: nominal ones
+    """
     try:
-        run = SceneDrive(scene_of(found, name, profile, folder), runs).run()
+        run = SceneDrive(scene_of(found, name, profile, folder).with_plant(plant_seed), runs).run()
     except (SceneError, CameraError) as error:
         raise ScenarioError(str(error)) from error
     return Outcome(run, unmet_expectations(found.expect, run))
@@ -96,7 +115,7 @@ def drive(found: ScenarioFile, name: str, profile: Profile, folder: Path, runs: 
 def unmet_expectations(expect: Expectations, run: SceneRun) -> tuple[str, ...]:
     """The expectations that the run does not meet, as texts."""
     rows, out = run.trace.array(), []
-    fronts = run.metrics.front_contacts
+    fronts = [*run.metrics.front_contacts, *(hit for one in run.others for hit in one.metrics.front_contacts)]
     if len(fronts) > expect.contacts:
         at_s, number, speed_mps = fronts[0]
         out.append(
@@ -109,6 +128,9 @@ def unmet_expectations(expect: Expectations, run: SceneRun) -> tuple[str, ...]:
         out.append(f"at the goal {taken}, not within {expect.time_s_max:g} s")
     if expect.clearance_m_min is not None and run.metrics.clearance_m < expect.clearance_m_min:
         out.append(f"clearance {run.metrics.clearance_m:.2f} m, not {expect.clearance_m_min:g} m")
+    for number, other in enumerate(run.others, start=2):
+        if expect.others_arrive is not None and other.arrived != expect.others_arrive:
+            out.append(f"shuttle {number} {'arrived' if other.arrived else 'did not arrive'}")
     out += _unmet_positions(expect, run, rows)
     hardest = _hardest_mps2(rows)
     if expect.decel_mps2_max is not None and hardest > expect.decel_mps2_max:
@@ -131,6 +153,10 @@ def _unmet_positions(expect: Expectations, run: SceneRun, rows: Array) -> list[s
             out.append(f"did not stop before {expect.stops_before_s_m:g} m")
     if expect.never_passes_s_m is not None and s_m.max() > expect.never_passes_s_m:
         out.append(f"came to {s_m.max():.1f} m, beyond {expect.never_passes_s_m:g} m")
+    if expect.stands_until_s is not None:
+        begun_s = rows[np.hypot(*(rows[:, 1:3] - rows[0, 1:3]).T) > _MOVED_M, 0]
+        if len(begun_s) and begun_s[0] < expect.stands_until_s:
+            out.append(f"set off at {begun_s[0]:.1f} s, before {expect.stands_until_s:g} s")
     if expect.stands_s_min is not None:
         stands_s = float((still & moved).sum()) * 0.02
         if stands_s < expect.stands_s_min:
@@ -185,54 +211,16 @@ def _box(x: float, y: float, yaw: float, length: float, width: float) -> tuple[t
     )
 
 
-def _actors(found: ScenarioFile, points: Array) -> ActorGroups:
-    people = [
-        _role(
-            CYCLIST if one.cyclist else PEDESTRIAN, one.at, one.heading_deg, one.way, one.speed_mps, one.when,
-            size_m=(1.8, 0.6) if one.cyclist else (one.diameter_m, one.diameter_m),
-            accel_mps2=3.0, stays=one.stays,
-        )
-        for one in found.person
-    ]  # fmt: skip
-    vehicles = [
-        _role(
-            VEHICLE, one.at, one.heading_deg, one.way, one.speed_mps, one.when,
-            size_m=(one.length_m, one.width_m), accel_mps2=one.accel_mps2, stays=one.stays,
-        )
-        for one in found.vehicle
-    ]  # fmt: skip
-    scripted = ScriptedTraffic((*people, *vehicles))
-    if found.crowd is None:
-        return ActorGroups((scripted,))
-    params = CrowdParams(
-        people_per_100m2=found.crowd.people_per_100m2,
-        attentive_ratio=found.crowd.attentive_ratio,
-        reach_m=found.crowd.reach_m,
-    )
-    return ActorGroups((scripted, SocialCrowd(params, points, found.seed)))
-
-
-def _role(
-    kind: int,
-    at: tuple[float, float],
-    heading_deg: float,
-    way: tuple[tuple[float, float], ...],
-    speed_mps: float,
-    cue: Cue,
-    *,
-    size_m: tuple[float, float],
-    accel_mps2: float,
-    stays: bool,
-) -> ScriptedRole:
-    return ScriptedRole(
-        kind=kind,
-        pose_map=(*at, math.radians(heading_deg)),
-        size_m=size_m,
-        way=np.array(way, dtype=np.float64).reshape(-1, 2),
-        speed_mps=speed_mps,
-        accel_mps2=accel_mps2,
-        from_s=cue.time_s,
-        distance_m=cue.distance_m,
-        after_s=cue.after_s,
-        stays=stays,
-    )
+def _other(one: OtherShuttle, walls: tuple[Building, ...], name: str, number: int) -> OtherRoad:
+    field = f"other_shuttle[{number}]"
+    points = np.array(one.path, dtype=np.float64)
+    try:
+        road_map = path_map(
+            f"{name}-{number + 2}", points, width_m=one.width_m, speed_limit_mps=one.speed_limit_mps,
+            buildings=walls,
+        )  # fmt: skip
+    except ValueError as error:
+        raise ScenarioError(f"{name}: {error} - at `$.{field}.path`") from error
+    if one.start_s_m >= float(arc_lengths(points)[-1]) - _BEFORE_END_M:
+        raise ScenarioError(f"{name}: the start is not on the path - at `$.{field}.start_s_m`")
+    return OtherRoad(road_map, one.start_s_m, one.start_mps)

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from campusloop.scenes.braking_oracle import best_braking
 from campusloop.scenes.contact_metrics import contact_metrics
-from campusloop.scenes.protection_cells import Cell, cells
+from campusloop.scenes.protection.braking_oracle import best_braking
+from campusloop.scenes.protection.cell import Cell
+from campusloop.scenes.protection.cells import cells
 from contract.geometry import arc_lengths, pose_at
 from simulator.traffic.replayed import ReplayedTraffic
 from vehicle_agent.config import Body
@@ -28,8 +29,8 @@ def unbraked(cell: Cell) -> bool:
     return any(number == 1 for _, number, _ in contacts)
 
 
-def test_there_are_about_nine_hundred_with_names_of_their_own() -> None:
-    assert 700 <= len(ALL) <= 1000
+def test_there_are_two_thousand_with_names_of_their_own() -> None:
+    assert 2000 <= len(ALL) <= 2200
     assert len({cell.name for cell in ALL}) == len(ALL)
 
 
