@@ -27,13 +27,13 @@ from simulator.riders import NoPhones
 from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
-from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.processes.agent import SOFTWARE
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
 from vehicle_agent.signals import LinkMessage, Outputs
-from vehicle_agent.stacks.choice import build_car
+from vehicle_agent.stacks.choice import Planner, build_car
 
 VEHICLE_ID = "shuttle"
 _START_NS = 1_000_000_000
@@ -112,8 +112,17 @@ class SceneRun:
 class SceneDrive:
     """Steps world and vehicle computer together; `run` drives the scene to its end."""
 
-    def __init__(self, scene: Scene, runs: Path | None = None) -> None:
-        """runs: folder of the run log, in a folder named after stack and scene; None for no log."""
+    def __init__(
+        self,
+        scene: Scene,
+        runs: Path | None = None,
+        planner: Planner | None = None,
+        adapt: Callable[[Car], Car] = lambda car: car,
+    ) -> None:
+        """runs: folder of the run log, in a folder named after stack and scene; None for no log.
+
+        For studies of single rooms: planner replaces the stack's, adapt changes its rooms.
+        """
         self.scene = scene
         profile = scene.profile
         self._network = RoadNetwork(scene.road_map)
@@ -124,7 +133,7 @@ class SceneDrive:
         self.world = SimWorld(
             scene.road_map, {VEHICLE_ID: profile}, {VEHICLE_ID: self._start}, scene.seed, NoPhones(), options
         )
-        car = build_car(profile, scene.road_map)
+        car = adapt(build_car(profile, scene.road_map))
         self._log: RunLogFiles | None = None
         recorder = None
         if runs is not None:
@@ -132,6 +141,8 @@ class SceneDrive:
             recorder = Recorder(_header(scene), profile.body, scene.road_map.observation_areas)
         self.computer = VehicleComputer(car, initial_state(car), recorder)
         self.wired = WiredVehicle(VEHICLE_ID, profile, scene.road_map, self.world)
+        if planner is not None:
+            self.wired.planner = planner
         self.wired.boot(self.computer)
         self.now_ns = _START_NS
         self.outputs: Outputs | None = None
