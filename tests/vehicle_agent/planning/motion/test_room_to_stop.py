@@ -124,3 +124,40 @@ def test_somebody_beside_the_way_is_approached_slowly_and_passed(aside_m: float)
     needed_m = PARAMS.room.response_s * v + v**2 / (2.0 * PARAMS.room.decel_mps2) + PARAMS.room.ahead_m
     assert motion.feasible
     assert (needed_m[close] <= ahead_m[close] + 0.15).all()
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    aside_m=st.floats(0.05, 1.0),
+    away_mps=st.floats(-2.0, 2.0),
+)
+def test_who_turns_into_the_way_is_there_when_their_velocity_has_brought_them(
+    aside_m: float, away_mps: float
+) -> None:
+    """The closed form against the motion itself, in small steps; never later than it says."""
+    step = PARAMS.room.step
+    t, y, v = 0.0, aside_m, max(away_mps, -step.mps)
+    while y > 0.0 and t < 20.0:
+        y += v * 0.001
+        v += (-step.mps - v) / step.rise_s * 0.001
+        t += 0.001
+    assert turn_time_s(aside_m, away_mps, step) == pytest.approx(t, abs=0.03)
+
+
+def test_who_walks_away_from_the_way_is_passed_sooner_than_who_stands_or_comes() -> None:
+    beside = HALF + 0.25 + 0.4
+    at = 40  # 10 m: the bumper is 1 m before them
+    x = FRONT + 0.25 + 11.0
+    limits = [
+        float(occupied(people((x, beside, 0.0, vy)))[0].limit_mps[0, at + 4 : at + 6].min())
+        for vy in (1.2, 0.0, -0.6)
+    ]
+    assert limits[0] > 2.0 * limits[1] > 2.0 * limits[2]
+
+
+def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_walks_ahead_of_it() -> None:
+    x = FRONT + 0.25 + 10.0
+    limits = [
+        float(occupied(people((x, HALF + 0.25, vx, 0.0)))[0].limit_mps[0, 32]) for vx in (1.2, 0.0, -1.2)
+    ]
+    assert limits[0] > limits[1] > limits[2]
