@@ -76,7 +76,7 @@ ALLOWANCES: tuple[Allowance, ...] = (
     Allowance("soft_headway", "seconds of way kept free as a reserve: 0", _without_headway),
     Allowance("early", "nobody comes earlier than predicted", _motion(early_s=0.0)),
     Allowance("clearance_law", "no speed by clearance (eq. 2)", _law_off),
-    Allowance("step", "nobody turns into the way", _room(late_s=0.0)),
+    Allowance("step", "a turn into the way is answered at once", _room(late_s=0.0)),
     Allowance("room", "no room to stop, and nobody turns into the way", _room(aside_m=-1.0)),
     Allowance("hidden", "hidden places do not slow it down", rules=_unhidden),
     Allowance(
