@@ -21,13 +21,18 @@ class Drive:
 
 def drives_of(folder: Path) -> list[Drive]:
     """All drives of the folder. RecordingError without any recording."""
-    fitted = set(json.loads(_SPLIT.read_text(encoding="utf-8"))["fit"])
+    fitted = fitted_recordings()
     return [
         Drive(clip, drive.car, clip.name in fitted)
         for clip in drone_clips(folder)
         for car in clip.cars()
         for drive in recorded_drives(car)
     ]
+
+
+def fitted_recordings() -> frozenset[str]:
+    """The names of the recordings that parameters may be tuned on; all others are held out."""
+    return frozenset(json.loads(_SPLIT.read_text(encoding="utf-8"))["fit"])
 
 
 def outline(car: RecordedTrack) -> tuple[float, float, float]:

@@ -28,7 +28,7 @@ from simulator.riders import NoPhones
 from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
-from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.processes.agent import SOFTWARE
 from vehicle_agent.runtime.recording.recorder import Recorder
@@ -118,10 +118,16 @@ class SceneRun:
 class SceneDrive:
     """Steps world and vehicle computer together; `run` drives the scene to its end."""
 
-    def __init__(self, scene: Scene, runs: Path | None = None, planner: Planner | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        runs: Path | None = None,
+        planner: Planner | None = None,
+        adapt: Callable[[Car], Car] = lambda car: car,
+    ) -> None:
         """runs: folder of the run log, in a folder named after stack and scene; None for no log.
 
-        planner  answers the plan jobs instead of the stack's own; None: that one
+        For studies of single rooms: planner replaces the stack's, adapt changes its rooms.
         """
         self.scene = scene
         profile = scene.profile
@@ -136,7 +142,7 @@ class SceneDrive:
             scene.road_map, dict.fromkeys(starts, profile), starts, scene.seed, NoPhones(), options
         )
         self._others = [OtherShuttle(name, road, profile, self.world) for name, road in roads.items()]
-        car = build_car(profile, scene.road_map)
+        car = adapt(build_car(profile, scene.road_map))
         self._log: RunLogFiles | None = None
         recorder = None
         if runs is not None:

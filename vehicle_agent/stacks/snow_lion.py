@@ -53,14 +53,24 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
 
 def planner(profile: Profile) -> MotionPlanner:
     """The motion planner that answers the plan jobs of this stack."""
-    body, limits = profile.body, profile.limits
-    rules = BehaviourRules(
+    return MotionPlanner(behaviour_rules(profile), motion_params(profile))
+
+
+def behaviour_rules(profile: Profile) -> BehaviourRules:
+    """The behavioral planner's parameters."""
+    body = profile.body
+    return BehaviourRules(
         front_m=body.front_overhang_m,
         back_m=body.rear_overhang_m,
         half_width_m=0.5 * body.width_m,
         crossing=CrossingRules(body.front_overhang_m),
         sensor_x_m=profile.lidar.x_m,
     )
+
+
+def motion_params(profile: Profile) -> MotionParams:
+    """The motion planner's parameters."""
+    body, limits = profile.body, profile.limits
     vehicle = Vehicle(
         length_m=body.length_m,
         width_m=body.width_m,
@@ -77,5 +87,4 @@ def planner(profile: Profile) -> MotionPlanner:
         lateral_accel_mps2_max=limits.lateral_accel_mps2_max,
         hard_decel_mps2=0.9 * limits.decel_mps2_max,
     )
-    law = ClearanceLaw(speed_mps_max=limits.speed_mps_max)
-    return MotionPlanner(rules, MotionParams(vehicle=vehicle, limits=driving, law=law))
+    return MotionParams(vehicle=vehicle, limits=driving, law=ClearanceLaw(speed_mps_max=limits.speed_mps_max))

@@ -102,7 +102,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
         command = self._stop_command(command, state.accel_mps2, float(vehicle[MSPEED]), remaining_m)
         command = min(max(command, -self.mpc.decel_mps2_max), self.mpc.accel_mps2_max)
         pedals = self.pedal_controller.step(
-            state.pedals, command - estimate.disturbance_mps2, float(vehicle[MSPEED])
+            state.pedals, command - self._disturbance_mps2(estimate, command), float(vehicle[MSPEED])
         )
         expected_mps = expected_speeds(
             solution.inputs, float(vehicle[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s
@@ -111,6 +111,15 @@ class SpeedControl(msgspec.Struct, frozen=True):
             SpeedControlState(pedals, command, solution.warm_start), expected_mps, lead_s, behind_m,
             speed_error_mps, solution.bounded, solution.feasible, solution.iterations,
         )  # fmt: skip
+
+    def _disturbance_mps2(self, estimate: ObserverState, command: float) -> float:
+        """What the pedals make up for.
+
+        A vehicle at rest sets off by its throttle, even if it was learned on the way that it rolls better
+        than expected: without throttle the guard holds the brake, and the vehicle would stand for ever.
+        """
+        sets_off = command > 0.0 and estimate.speed_mps < self.stand_mps
+        return min(estimate.disturbance_mps2, 0.0) if sets_off else estimate.disturbance_mps2
 
     def _solved(
         self, state: SpeedControlState, speeds_mps: Array, behind_m: float, speed_error_mps: float,

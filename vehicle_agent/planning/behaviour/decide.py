@@ -23,6 +23,7 @@ from vehicle_agent.planning.behaviour.occlusion import (
 )
 from vehicle_agent.planning.behaviour.offsets import (
     Blend,
+    Movers,
     OffsetChoice,
     OffsetRules,
     Stations,
@@ -264,18 +265,26 @@ def _rated(
     return rate(stations, candidates, blend, speed_mps, discs, moving, rules.box, offsets)
 
 
-def _moving(job: PlanJob, rules: BehaviourRules, scenario: ScenarioRules) -> Array:
-    """(a, 8) the moving road users, as `rate` takes them, extrapolated to the job's start."""
-    tracks = job.tracks
-    velocities = tracks.velocities_map_mps
-    moves = np.hypot(velocities[:, 0], velocities[:, 1]) >= rules.standing_mps
-    late_s = (job.stamp_ns - tracks.stamp_ns) * 1e-9 if tracks.stamp_ns else 0.0
-    places = tracks.poses_map[moves, :2] + late_s * velocities[moves]
-    wider = np.full(int(moves.sum()), scenario.inflation_m)
-    table: Array = np.column_stack(
-        (places, tracks.poses_map[moves, 2], velocities[moves], tracks.sizes_m[moves], wider)
+def _moving(job: PlanJob, rules: BehaviourRules, scenario: ScenarioRules) -> Movers:
+    """The moving road users where they are predicted to be after the job's start."""
+    tracks, predictions, offsets = job.tracks, job.predictions, rules.offsets
+    moves = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1]) >= rules.standing_mps
+    late_s = (job.stamp_ns - predictions.stamp_ns) * 1e-9 if predictions.stamp_ns else 0.0
+    times_s = offsets.moving_step_s * np.arange(1, math.floor(offsets.moving_s / offsets.moving_step_s) + 1)
+    nearest = np.searchsorted(predictions.times_s, times_s + late_s - 1e-6)
+    after = np.clip(nearest, 1, max(len(predictions.times_s) - 1, 1))
+    if len(predictions.times_s) < 2:
+        poses = np.repeat(predictions.poses_map[moves, :1], len(times_s), axis=1)
+        return Movers(poses, tracks.sizes_m[moves], np.full(poses.shape[:2], scenario.inflation_m))
+    begin_s, end_s = predictions.times_s[after - 1], predictions.times_s[after]
+    share = np.clip((times_s + late_s - begin_s) / (end_s - begin_s), 0.0, 1.0)[None, :, None]
+    known = predictions.poses_map[moves]
+    poses = known[:, after].copy()
+    poses[:, :, :2] = (1.0 - share) * known[:, after - 1, :2] + share * known[:, after, :2]
+    wider = _inflation(job, rules, scenario)[moves][:, after]
+    return Movers(
+        np.ascontiguousarray(poses), np.ascontiguousarray(tracks.sizes_m[moves]), np.ascontiguousarray(wider)
     )
-    return np.ascontiguousarray(table)
 
 
 def _speeds(

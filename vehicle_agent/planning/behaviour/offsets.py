@@ -14,9 +14,8 @@ from numba import njit
 from contract.geometry import Array
 from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
 
-# columns of a disc, of a moving thing, and of the rating of one candidate
+# columns of a disc, and of the rating of one candidate
 DISC_X, DISC_Y, DISC_R = range(3)
-M_X, M_Y, M_YAW, M_VX, M_VY, M_LENGTH, M_WIDTH, M_WIDER = range(8)
 COST, FREE_M, CLEARANCE_MIN, CLEARANCE_MEAN, RISK = range(5)
 RATINGS = 5
 # An obstacle at the flank may come this much nearer: the tail swings a little, and tracks wander.
@@ -41,7 +40,7 @@ class OffsetRules(NamedTuple):
     from_centre_weight: float = 0.5
     mean_clearance_weight: float = 0.3
     least_clearance_weight: float = 0.25
-    dynamic_weight: float = 4.0
+    dynamic_weight: float = 12.0
     clearance_floor_m: float = 0.1
     touch_m: float = 0.1
     threshold_m: float = 0.35
@@ -70,6 +69,19 @@ class Stations(NamedTuple):
     first: int
     last: int
     stride: int
+
+
+class Movers(NamedTuple):
+    """Moving road users where they are predicted to be; a tuple, so that kernels take it as it is.
+
+    poses    (a, k, 3) x, y, yaw of the outline's middle, moving_step_s, twice that, ... after the start
+    sizes_m  (a, 2) length, width
+    wider_m  (a, k) the outline is widened by this: w_o, and how uncertain the place is
+    """
+
+    poses: Array
+    sizes_m: Array
+    wider_m: Array
 
 
 class Blend(NamedTuple):
@@ -149,13 +161,13 @@ def rate(
     blend: Blend,
     speed_mps: float,
     discs: Array,
-    moving: Array,
+    moving: Movers,
     box: Box,
     rules: OffsetRules,
 ) -> Array:
     """(c, 5) cost, free way, least and mean clearance, and risk of each candidate offset (c,).
 
-    discs (m, 3) of stationary obstacles; moving (a, 8) of moving road users.
+    discs (m, 3) of stationary obstacles; moving: predicted road users.
     """
     out = np.zeros((candidates.shape[0], RATINGS))
     touch = _touch_distances(stations, blend, box, discs, rules.touch_m)
@@ -252,46 +264,45 @@ def _risk(
     goal: float,
     speed: float,
     free: float,
-    moving: Array,
+    moving: Movers,
     box: Box,
     rules: OffsetRules,
 ) -> float:
-    """The risk from road users who move, at a constant speed; meeting them nearer and sooner costs more."""
-    if moving.shape[0] == 0:
-        return 0.0
+    """The risk from road users who move; meeting them nearer and sooner costs more. The vehicle drives at a
+    constant speed, and road users are where they are predicted."""
+    poses, sizes, wider = moving.poses, moving.sizes_m, moving.wider_m
     points, yaws, curvatures = stations.points, stations.yaws, stations.curvatures
     risk = 0.0
-    steps = math.floor(rules.moving_s / rules.moving_step_s)
-    for j in range(1, steps + 1):
-        t = j * rules.moving_step_s
+    for j in range(poses.shape[1] if poses.shape[0] else 0):
+        t = (j + 1) * rules.moving_step_s
         along = speed * t
         i = stations.first + math.floor(along / stations.step_m)
         if i > stations.last or along > free:
             break
         offset, turn = blended(blend.now_m, blend.slope, goal, along, blend.blend_m)
         at = _body_at(points[i, 0], points[i, 1], yaws[i], curvatures[i], offset, turn)
-        for k in range(moving.shape[0]):
-            px, py = moving[k, M_X] + t * moving[k, M_VX], moving[k, M_Y] + t * moving[k, M_VY]
-            if abs(px - at.x_m) > 8.0 or abs(py - at.y_m) > 8.0:
+        for k in range(poses.shape[0]):
+            if abs(poses[k, j, 0] - at.x_m) > 8.0 or abs(poses[k, j, 1] - at.y_m) > 8.0:
                 continue
-            distance = _distance_to_road_user(at, box, moving[k], px, py)
+            distance = _distance_to_road_user(at, box, poses[k, j], sizes[k], wider[k, j])
             if distance < 0.4:
                 risk += (0.4 - max(distance, -0.4)) / 0.8 * math.exp(-t / 3.0) * rules.moving_step_s
     return risk
 
 
 @njit(cache=True)
-def _distance_to_road_user(at: BoxPose, box: Box, mover: Array, px: float, py: float) -> float:
-    """Distance to the edge of one moving road user (8,) with its middle at (px, py).
+def _distance_to_road_user(at: BoxPose, box: Box, pose: Array, size: Array, wider: float) -> float:
+    """Distance to the edge of one moving road user with its middle at a pose (3,); size (2,).
 
     A long one is three discs.
     """
-    reach = 0.5 * mover[M_WIDTH] + mover[M_WIDER]
-    distance: float = box_distance(at, box, px, py) - reach
-    if mover[M_LENGTH] > 1.5 * mover[M_WIDTH]:
-        along_x = math.cos(mover[M_YAW]) * 0.5 * (mover[M_LENGTH] - mover[M_WIDTH])
-        along_y = math.sin(mover[M_YAW]) * 0.5 * (mover[M_LENGTH] - mover[M_WIDTH])
+    length, width = size[0], size[1]
+    reach = 0.5 * width + wider
+    distance: float = box_distance(at, box, pose[0], pose[1]) - reach
+    if length > 1.5 * width:
+        along_x = math.cos(pose[2]) * 0.5 * (length - width)
+        along_y = math.sin(pose[2]) * 0.5 * (length - width)
         for side in (-1.0, 1.0):
-            end = box_distance(at, box, px + side * along_x, py + side * along_y)
+            end = box_distance(at, box, pose[0] + side * along_x, pose[1] + side * along_y)
             distance = min(distance, end - reach)
     return distance

@@ -70,7 +70,7 @@ def early_slots(agents: Agents, params: MotionParams) -> IntArray:
     """(a,) how many slots of row_s earlier than predicted each agent may come.
 
     A person who moves slower than people walk may just have begun to. The slower they still are, the more
-    time they can make up: early_s walk_mps / speed.
+    time they can make up: start_s walk_mps / speed.
     """
     slots = np.full(len(agents.ids), round(params.early_s / params.row_s))
     second = int(np.searchsorted(agents.times_s, 1.0))
@@ -81,7 +81,7 @@ def early_slots(agents: Agents, params: MotionParams) -> IntArray:
     starts = (
         (agents.kinds == PEDESTRIAN) & (params.moving_mps_min < speed_mps) & (speed_mps < params.walk_mps)
     )
-    granted_s = params.early_s * params.walk_mps / speed_mps[starts]
+    granted_s = params.start_s * params.walk_mps / speed_mps[starts]
     slots[starts] = np.rint(granted_s / params.row_s).astype(np.int64)
     return slots
 

@@ -252,7 +252,10 @@ class MotionPlanning:
             ego.pose_map.yaw_rad + dt_s * ego.yaw_rate_radps,
         )
         speed_mps = max(0.0, ego.speed_mps)
-        return StartState(pose, speed_mps, ego.accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m)
+        # The guard has braked harder than any plan. It lets go at once, while a plan that began with its
+        # braking would end it at a comfortable jerk, seconds later and at rest.
+        accel_mps2 = max(ego.accel_mps2, -self._stop_mps2)
+        return StartState(pose, speed_mps, accel_mps2, math.tan(ego.steer_rad) / self._wheelbase_m)
 
     def _path(
         self, state: MotionPlanningState, ego: Ego, task: Task, halt: SpeedLimitReason | None

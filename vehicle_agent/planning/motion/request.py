@@ -77,12 +77,23 @@ class ClearanceLaw(NamedTuple):
     A tuple, so that kernels take it as it is.
     """
 
-    delta_m_min: float = 0.25
-    delta_m_mdn: float = 0.8
-    delta_m_max: float = 1.6
+    delta_m_min: float = 0.2
+    delta_m_mdn: float = 0.6
+    delta_m_max: float = 1.2
     speed_mps_min: float = 0.3
     speed_mps_mdn: float = 2.5
     speed_mps_max: float = 4.2
+
+
+class SuddenStep(NamedTuple):
+    """A step out of one's straight way: its speed approaches mps with the time constant rise_s.
+
+    From 1 s on, it covers 98.8 % or more of how far recorded people come off their straight way
+    (`benchmarks.predictions`).
+    """
+
+    mps: float
+    rise_s: float
 
 
 class StoppingRoom(NamedTuple):
@@ -92,7 +103,8 @@ class StoppingRoom(NamedTuple):
     person; the guard brakes for a plan that keeps less. Or it must creep by the time the person could be at
     the body's side, so that it can pass people who stand beside the way.
     speed_mps_min  of the creep
-    step_mps2      how hard a person may accelerate into the way
+    step           how a person may turn into the way
+    person_mps2    how hard a person who walks ahead of the vehicle may brake
     late_s         from a person's first step to braking: detection, tracking, response and pedal delay
 
     A tuple, so that kernels take it as it is.
@@ -103,7 +115,8 @@ class StoppingRoom(NamedTuple):
     ahead_m: float = 0.35
     aside_m: float = 1.0
     speed_mps_min: float = 0.25
-    step_mps2: float = 2.5
+    step: SuddenStep = SuddenStep(1.4, 0.5)
+    person_mps2: float = 3.0
     late_s: float = 0.55
 
 
@@ -189,6 +202,8 @@ class MotionParams(msgspec.Struct, frozen=True):
     gap_s              this many seconds' way stay free before a moving agent, as the guard requires
     early_s            an agent may come this much earlier than predicted
     walk_mps           a person who moves, but slower than this, may be about to walk this fast
+    start_s            and comes earlier by this at walk_mps, and by more in proportion the slower they are
+    yield_mps2         how hard the vehicle brakes for its speed limits beside people
     iterations_max     of path and speed together; path_iterations_max: of one path
     nodes_max          of one s-t search
     moving_m           an agent that moves less than this in the horizon is a static obstacle to the path
@@ -208,12 +223,14 @@ class MotionParams(msgspec.Struct, frozen=True):
     horizon_s: float = 8.0
     knot_s: float = 0.2
     row_s: float = 0.1
-    hard_margin_m: float = 0.15
-    soft_margin_m: float = 0.35
-    stop_gap_m: float = 0.8
-    gap_s: float = 0.35
-    early_s: float = 0.2
+    hard_margin_m: float = 0.05
+    soft_margin_m: float = 0.15
+    stop_gap_m: float = 0.4
+    gap_s: float = 0.2
+    early_s: float = 0.1
     walk_mps: float = 1.3
+    start_s: float = 0.3
+    yield_mps2: float = 1.6
     moving_mps_min: float = 0.25
     static_margin_m: float = 0.1
     iterations_max: int = 3

@@ -220,3 +220,25 @@ def test_tampering_with_nothing_changes_nothing() -> None:
     assert msgspec.msgpack.encode(direct, enc_hook=enc_hook) == msgspec.msgpack.encode(
         through, enc_hook=enc_hook
     )
+
+
+@pytest.mark.parametrize("disturbance_mps2", [-0.3, 0.0, 0.21, 0.6])
+def test_a_vehicle_that_the_guard_holds_for_want_of_throttle_sets_off(disturbance_mps2: float) -> None:
+    """It rolls better than expected, as was learned on the way; at rest that must not keep the throttle shut.
+
+    The guard holds a vehicle that stands without throttle, and control begins anew while it is held.
+    """
+    rows = rows_on(straight(20.0), 2.0)
+    state = HANDS.initial()
+    estimate = msgspec.structs.replace(state.estimate, disturbance_mps2=disturbance_mps2)
+    state = msgspec.structs.replace(state, estimate=estimate)
+    throttles = []
+    for tick in range(1, 60):
+        now_ns = tick * 20_000_000
+        ego = Ego(now_ns, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
+        path = Path(now_ns, rows[:, 1:3], rows[:, 5], 2.0, "speed_limit", None, 20.0, False, 0.6)
+        path = msgspec.structs.replace(path, trajectory=Trajectory(20_000_000, rows))
+        motion = VehicleMotion(now_ns, 0.0, 0.0, 0.0, 0.5, True, False, True, 1.0)
+        command, state = HANDS.step(state, ego, path, motion)
+        throttles.append(command.throttle_ratio)
+    assert max(throttles[30:]) > 0.0

@@ -8,6 +8,7 @@ from vehicle_agent.planning.behaviour.offsets import (
     RATINGS,
     RISK,
     Blend,
+    Movers,
     OffsetRules,
     Stations,
     blended,
@@ -22,7 +23,7 @@ N = 100
 
 
 def rated(
-    discs: Array | None = None, moving: Array | None = None, room_m: float = 1.5, speed_mps: float = 3.0
+    discs: Array | None = None, moving: Movers | None = None, room_m: float = 1.5, speed_mps: float = 3.0
 ) -> Array:
     points = np.column_stack((0.5 * np.arange(N), np.zeros(N)))
     room = np.full(N, room_m)
@@ -36,11 +37,19 @@ def rated(
             Blend(now_m=0.0, slope=0.0, blend_m=8.0),
             speed_mps,
             np.empty((0, 3)) if discs is None else discs,
-            np.empty((0, 8)) if moving is None else moving,
+            walkers() if moving is None else moving,
             Box(3.5, 0.85, 0.815),
             RULES,
         )
     )
+
+
+def walkers(*ways: Array) -> Movers:
+    """People of half a metre on ways (10, 2), at 0.5 s, 1 s, ..."""
+    poses = np.zeros((len(ways), 10, 3))
+    for k, way in enumerate(ways):
+        poses[k, :, :2] = way
+    return Movers(poses, np.full((len(ways), 2), 0.5), np.full((len(ways), 10), 0.1))
 
 
 def costs(*values: float) -> Array:
@@ -70,10 +79,19 @@ def test_a_lane_without_room_is_no_choice() -> None:
 
 
 def test_who_walks_on_one_side_makes_that_side_dear() -> None:
-    walker = np.array([[17.0, 1.5, 0.0, 1.0, -0.02, 0.5, 0.5, 0.1]])
-    ratings = rated(moving=walker)
+    t = 0.5 * np.arange(1, 11)
+    ratings = rated(moving=walkers(np.column_stack((17.0 + t, 1.5 - 0.02 * t))))
     assert ratings[-1, RISK] > ratings[0, RISK]
     assert ratings[-1, COST] > ratings[0, COST] + 0.1
+
+
+def test_who_is_predicted_to_turn_away_makes_no_side_dear() -> None:
+    """Risk is where people are expected to be, not where their present velocity would lead."""
+    t = 0.5 * np.arange(1, 11)
+    straight = np.column_stack((17.0 + 0.0 * t, 3.0 - 0.8 * t))
+    turns = np.column_stack((17.0 + 0.0 * t, 3.0 + 0.8 * t))
+    assert rated(moving=walkers(straight))[:, RISK].max() > 0.0
+    assert rated(moving=walkers(turns))[:, RISK].max() == 0.0
 
 
 def test_a_change_of_lane_waits_until_it_has_been_better_for_some_plans() -> None:

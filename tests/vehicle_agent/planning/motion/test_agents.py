@@ -194,6 +194,6 @@ def test_only_a_person_who_has_just_begun_to_walk_is_granted_more_time_to_be_ear
     def slots(kind: int, speed_mps: float) -> int:
         return int(early_slots(an_agent((0.5, 0.5), kind, velocity=(speed_mps, 0.0)), params)[0])
 
-    assert slots(PEDESTRIAN, slow_mps) == round(params.early_s * params.walk_mps / slow_mps / params.row_s)
+    assert slots(PEDESTRIAN, slow_mps) == round(params.start_s * params.walk_mps / slow_mps / params.row_s)
     assert slots(PEDESTRIAN, 0.0) == slots(PEDESTRIAN, 1.2 * params.walk_mps) == usual
     assert slots(VEHICLE, slow_mps) == usual

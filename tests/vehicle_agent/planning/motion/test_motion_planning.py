@@ -201,3 +201,16 @@ def test_the_state_survives_a_crash_of_the_process() -> None:
     paths = [ROOM.step(state, ego, world, a_task(driver.x_m), ())[0] for state in (driver.state, again)]
     encoded = [msgspec.msgpack.encode(path, enc_hook=enc_hook) for path in paths]
     assert encoded[0] == encoded[1]
+
+
+@pytest.mark.parametrize(("accel_mps2", "begins_mps2"), [(-5.7, -1.2), (-0.5, -0.5), (0.8, 0.8)])
+def test_a_plan_does_not_begin_with_braking_harder_than_plans_brake(
+    accel_mps2: float, begins_mps2: float
+) -> None:
+    """The guard has braked and lets go at once: a plan that went on from there would come to rest."""
+    ticks = 5
+    ego = msgspec.structs.replace(an_ego(ticks * TICK_NS, 20.0), accel_mps2=accel_mps2)
+    state = msgspec.structs.replace(ROOM.initial(), ticks=ticks - 1)
+    _, state = ROOM.step(state, ego, a_world(ego.stamp_ns), a_task(20.0), ())
+    assert state.job is not None
+    assert state.job.accel_mps2 == begins_mps2

@@ -78,12 +78,12 @@ def test_past_somebody_who_stands_beside_the_way_it_goes_slower_but_goes() -> No
     motion = planned(a_request(speed_mps=3.0, agents=people((15.0, 1.7, 0.0, 0.0))))
     assert motion.limited_by == "pedestrian_clearance"
     assert motion.rows[-1, 7] > 14.0
-    assert motion.rows[:, 6].min() > -1.0
+    assert motion.rows[:, 6].min() > -PARAMS.yield_mps2 - 0.05
 
 
 def test_it_follows_somebody_who_walks_ahead() -> None:
     motion = planned(a_request(speed_mps=3.0, agents=people((12.0, 0.0, 1.2, 0.0))))
-    assert motion.rows[-1, 5] == pytest.approx(1.2, abs=0.15)
+    assert motion.rows[-1, 5] == pytest.approx(1.2, abs=0.2)
     assert 12.0 + 8.0 * 1.2 - motion.rows[-1, 7] - 3.5 < 2.6
 
 

@@ -11,7 +11,7 @@ from vehicle_agent.planning.motion.agents import early_slots, moving_discs
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import Agents, MotionParams, Vehicle
-from vehicle_agent.planning.motion.speed.occupancy import Occupancy, project_agents
+from vehicle_agent.planning.motion.speed.occupancy import Occupancy, project_agents, turn_time_s
 from vehicle_agent.planning.motion.speed.st_graph import graph
 from vehicle_agent.signals import CYCLIST
 
@@ -64,7 +64,7 @@ def test_who_stands_a_step_beside_the_way_cannot_come_before_a_nose_that_still_d
     room = PARAMS.room
     found, u = occupied(people((14.0, HALF + 0.25 + aside_m, 0.0, 0.0)))
     at = int(np.searchsorted(u, 14.0 - FRONT - 0.25))
-    comes_s = (2.0 * aside_m / room.step_mps2) ** 0.5
+    comes_s = turn_time_s(aside_m, 0.0, room.step)
     met_mps = found.limit_mps[0, at] - room.decel_mps2 * max(comes_s - room.late_s, 0.0)
     assert met_mps <= room.speed_mps_min + 1e-9
     assert found.limit_mps[0, at] > room.speed_mps_min, "and passes them faster than those who are close"
@@ -100,7 +100,8 @@ def test_who_has_just_begun_to_walk_may_come_as_soon_as_others_would() -> None:
 
     walks, starts, dawdles, stands = (12.0, -2.0, 0.0, 1.4), (0, 0, 0, 0.65), (0, 0, 0.26, 0), (0, 0, 0, 0.1)
     plain = round(PARAMS.early_s / PARAMS.row_s)
-    assert slots(walks, starts, dawdles, stands) == [plain, 2 * plain, 5 * plain, plain]
+    later = [round(PARAMS.start_s * PARAMS.walk_mps / mps / PARAMS.row_s) for mps in (0.65, 0.26)]
+    assert slots(walks, starts, dawdles, stands) == [plain, *later, plain]
     assert slots(starts, kinds=np.array([CYCLIST])) == [plain], "only people on foot begin at once"
     assert slots(starts, poses_map=np.full((1, 33, 3), np.nan)) == [plain], "no speed can be told"
 
@@ -123,3 +124,40 @@ def test_somebody_beside_the_way_is_approached_slowly_and_passed(aside_m: float)
     needed_m = PARAMS.room.response_s * v + v**2 / (2.0 * PARAMS.room.decel_mps2) + PARAMS.room.ahead_m
     assert motion.feasible
     assert (needed_m[close] <= ahead_m[close] + 0.15).all()
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    aside_m=st.floats(0.05, 1.0),
+    away_mps=st.floats(-2.0, 2.0),
+)
+def test_who_turns_into_the_way_is_there_when_their_velocity_has_brought_them(
+    aside_m: float, away_mps: float
+) -> None:
+    """The closed form against the motion itself, in small steps; never later than it says."""
+    step = PARAMS.room.step
+    t, y, v = 0.0, aside_m, max(away_mps, -step.mps)
+    while y > 0.0 and t < 20.0:
+        y += v * 0.001
+        v += (-step.mps - v) / step.rise_s * 0.001
+        t += 0.001
+    assert turn_time_s(aside_m, away_mps, step) == pytest.approx(t, abs=0.03)
+
+
+def test_who_walks_away_from_the_way_is_passed_sooner_than_who_stands_or_comes() -> None:
+    beside = HALF + 0.25 + 0.4
+    at = 40  # 10 m: the bumper is 1 m before them
+    x = FRONT + 0.25 + 11.0
+    limits = [
+        float(occupied(people((x, beside, 0.0, vy)))[0].limit_mps[0, at + 4 : at + 6].min())
+        for vy in (1.2, 0.0, -0.6)
+    ]
+    assert limits[0] > 2.0 * limits[1] > 2.0 * limits[2]
+
+
+def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_walks_ahead_of_it() -> None:
+    x = FRONT + 0.25 + 10.0
+    limits = [
+        float(occupied(people((x, HALF + 0.25, vx, 0.0)))[0].limit_mps[0, 32]) for vx in (1.2, 0.0, -1.2)
+    ]
+    assert limits[0] > limits[1] > limits[2]

@@ -11,13 +11,14 @@ from contract.geometry import Array, BoolArray
 from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
-from vehicle_agent.planning.motion.request import ProjectionParams, StoppingRoom
+from vehicle_agent.planning.motion.request import ProjectionParams, StoppingRoom, SuddenStep
 from vehicle_agent.planning.motion.speed.speed_limits import law_speed
 
 # The stopping room of a person farther away than this is not checked.
 _ROOM_M = 2.5
 # A person this far behind the bumper can still step in front of it: until then the vehicle creeps.
 _CORNER_M = 0.3
+_NEWTON_STEPS = 4
 
 
 class Occupancy(msgspec.Struct, frozen=True):
@@ -163,8 +164,15 @@ def _occupy(
     discs, inflation = moving.discs, moving.inflation_m
     poses, ways, cos, sin = sweep.poses, sweep.u, sweep.cos, sweep.sin
     low, high, soft_low, soft_high = stretches
+    last = discs.shape[0] - 1
     for t in range(discs.shape[0]):
         px, py, radius = discs[t, m, 0], discs[t, m, 1], discs[t, m, 2]
+        i = min(t, last - 1)
+        step_s = max(moving.times_s[i + 1] - moving.times_s[i], 1e-6)
+        vx, vy = (
+            (discs[i + 1, m, 0] - discs[i, m, 0]) / step_s,
+            (discs[i + 1, m, 1] - discs[i, m, 1]) / step_s,
+        )
         soft = hard + (params.soft_margin_m + inflation[t, m] if hard == params.hard_margin_m else 0.0)
         matters = max(soft, params.law.delta_m_max, _ROOM_M) if is_person else soft
         j = 0
@@ -179,7 +187,7 @@ def _occupy(
                 j += max(1, int((gap - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
                 continue
             if is_person:
-                limit[t, j] = _person_speed(at, box, px, py, radius, gap, params, limit[t, j])
+                limit[t, j] = _person_speed(at, box, (px, py, vx, vy), radius, gap, params, limit[t, j])
             j += 1
 
 
@@ -187,20 +195,26 @@ def _occupy(
 def _person_speed(
     at: BoxPose,
     box: Box,
-    px: float,
-    py: float,
+    person: tuple[float, float, float, float],
     radius: float,
     gap: float,
     params: ProjectionParams,
     limit: float,
 ) -> float:
-    """The limit, lowered by the clearance `gap` to a person and by the room to stop before them."""
+    """The limit, lowered by the clearance `gap` to a person and by the room to stop before them.
+
+    person: x, y and velocity
+    """
     if gap < params.law.delta_m_max:
         limit = min(limit, law_speed(gap, params.law))
-    ahead = at.cos * (px - at.x_m) + at.sin * (py - at.y_m) - box.front_m - radius
-    aside = abs(at.cos * (py - at.y_m) - at.sin * (px - at.x_m)) - box.half_width_m - radius
+    dx, dy, vx, vy = person[0] - at.x_m, person[1] - at.y_m, person[2], person[3]
+    ahead = at.cos * dx + at.sin * dy - box.front_m - radius
+    across = at.cos * dy - at.sin * dx
+    aside = abs(across) - box.half_width_m - radius
     if ahead + radius > -_CORNER_M and aside < params.room.aside_m:
-        limit = min(limit, _room_speed(ahead, aside, params.room))
+        along_mps = at.cos * vx + at.sin * vy
+        away_mps = (at.cos * vy - at.sin * vx) * (1.0 if across > 0.0 else -1.0)
+        limit = min(limit, _room_speed(ahead, aside, along_mps, away_mps, params.room))
     return limit
 
 
@@ -215,13 +229,45 @@ def _widen(low: Array, high: Array, by: float) -> None:
 
 
 @njit(cache=True)
-def _room_speed(ahead_m: float, aside_m: float, room: StoppingRoom) -> float:
-    """The speed from which the vehicle stops within ahead_m less its margin (v r + v^2 / 2 a), or creeps by
-    the time a person has come aside_m nearer; the larger of the two."""
-    left_m = max(ahead_m - room.ahead_m, 0.0)
+def _room_speed(
+    ahead_m: float, aside_m: float, along_mps: float, away_mps: float, room: StoppingRoom
+) -> float:
+    """The speed from which the vehicle stops before the person, or from which it only creeps when a person
+    who turns into the way has come aside_m nearer; the larger of the two.
+
+    It stops in v r + v^2 / 2 a, in which a person who comes towards it keeps their speed, and one who walks
+    ahead of it brakes.
+
+    along_mps, away_mps  how the person walks now, along the path and away from it
+    """
+    comes_mps = max(-along_mps, 0.0)
+    goes_m = 0.5 * max(along_mps, 0.0) ** 2 / room.person_mps2
+    left_m = max(ahead_m + goes_m - comes_mps * room.response_s - room.ahead_m, 0.0)
+    late_s = room.response_s + comes_mps / room.decel_mps2
     stops_mps: float = room.decel_mps2 * (
-        math.sqrt(room.response_s * room.response_s + 2.0 * left_m / room.decel_mps2) - room.response_s
+        math.sqrt(late_s * late_s + 2.0 * left_m / room.decel_mps2) - late_s
     )
-    comes_s = math.sqrt(2.0 * max(aside_m, 0.0) / room.step_mps2)
-    creeps_mps: float = room.speed_mps_min + room.decel_mps2 * max(comes_s - room.late_s, 0.0)
+    comes_s = turn_time_s(max(aside_m, 0.0), away_mps, room.step)
+    # What is left by then of the way along the path that the person walks now.
+    along_mps = max(along_mps, 0.0) * math.exp(-comes_s / room.step.rise_s)
+    creeps_mps: float = room.speed_mps_min + along_mps + room.decel_mps2 * max(comes_s - room.late_s, 0.0)
     return max(stops_mps, creeps_mps)
+
+
+@njit(cache=True)
+def turn_time_s(aside_m: float, away_mps: float, step: SuddenStep) -> float:
+    """How long a person who turns into the way at once takes to come aside_m nearer.
+
+    Their velocity across the path approaches step.mps from away_mps, which is theirs now, with the time
+    constant step.rise_s. Newton's method on aside + (away + mps) rise (1 - exp(-t / rise)) - mps t, which is
+    concave, from beyond its root.
+    """
+    turn_mps = max(away_mps + step.mps, 0.0)
+    t = (aside_m + turn_mps * step.rise_s) / step.mps
+    for _ in range(_NEWTON_STEPS):
+        left = math.exp(-t / step.rise_s)
+        slope = turn_mps * left - step.mps
+        if slope > -1e-6:
+            break
+        t -= (aside_m + turn_mps * step.rise_s * (1.0 - left) - step.mps * t) / slope
+    return max(t, 0.0)

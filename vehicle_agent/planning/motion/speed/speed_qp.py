@@ -37,7 +37,7 @@ class SpeedWeights(msgspec.Struct, frozen=True):
     hard: float = 2000.0
     soft: float = 6.0
     limit: float = 100.0
-    gap_s: float = 0.8
+    gap_s: float = 0.4
 
 
 class SpeedBounds(msgspec.Struct, frozen=True):

@@ -125,18 +125,16 @@ def _graph(request: MotionRequest, params: MotionParams, occupancy: Occupancy) -
 def _clearance_limit(params: MotionParams, occupancy: Occupancy, u_m: Array, start: SpeedStart) -> Array:
     """(K, n) the speed by clearance to pedestrians, at each knot and sample.
 
-    Comfortable braking is enough to keep it, and no harder braking is asked for: avoiding contact is up to
-    the corridor.
+    Braking with yield_mps2 is enough to keep it, and no harder braking is asked for: avoiding contact is up
+    to the corridor.
     """
     limits = params.limits
     per_knot = round(params.knot_s / params.row_s)
     top_mps = max(limits.speed_mps_max, start.speed_mps) + 0.5
     lowered = speed_limits.backward_in_time(
-        np.minimum(occupancy.limit_mps[::per_knot], top_mps), u_m, limits.decel_mps2_comfort, params.knot_s
+        np.minimum(occupancy.limit_mps[::per_knot], top_mps), u_m, params.yield_mps2, params.knot_s
     )
-    braking = brake_from(
-        start, limits.decel_mps2_comfort, limits.jerk_mps3_max, params.knot_s, len(lowered) - 1
-    )
+    braking = brake_from(start, params.yield_mps2, limits.jerk_mps3_max, params.knot_s, len(lowered) - 1)
     limit: Array = np.maximum(lowered, braking[:, 1, None])
     return limit
 
