@@ -52,13 +52,6 @@ def resting_place_for(
 
 def can_rest(uow: UnitOfWork, plan: Plan, here: RoadPosition) -> bool:
     """The vehicle can reach a resting place that is not reserved for another one."""
-    own = plan.resting_place_id and next(
-        (place for place in uow.network().road_map.resting_places if place.place_id == plan.resting_place_id),
-        None,
-    )
-    # Nearly always its own, and this is asked for every vehicle at every plan.
-    if own and math.isfinite(uow.roads().time_to_rest((here.lane_id, here.s_m), own)):
-        return True
     reserved = {other.resting_place_id for other in uow.plans.all() if other.vehicle_id != plan.vehicle_id}
     return any(
         place.place_id not in reserved

@@ -7,8 +7,8 @@ import msgspec
 import pytest
 
 from campusloop.scenes.drive import SceneRun
-from campusloop.scenes.scenario import drive
-from campusloop.scenes.scenario_file import ScenarioFile
+from campusloop.scenes.scenario_files.scenario import drive
+from campusloop.scenes.scenario_files.scenario_file import ScenarioFile
 from campusloop.scenes.stacks import profile_of
 
 CORNER = """

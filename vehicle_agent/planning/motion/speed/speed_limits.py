@@ -118,7 +118,9 @@ def backward_in_time(limit: Array, u: Array, decel: float, dt: float) -> Array:
                 j_later = j
                 while j_later < n - 2 and u[j_later + 1] < ahead:
                     j_later += 1
-                w = min(max((ahead - u[j_later]) / (u[j_later + 1] - u[j_later]), 0.0), 1.0)
+                # A path that stands still has samples at one place: there is nothing between them.
+                span = max(u[j_later + 1] - u[j_later], 1e-9)
+                w = min(max((ahead - u[j_later]) / span, 0.0), 1.0)
                 later = out[k + 1, j_later] + w * (out[k + 1, j_later + 1] - out[k + 1, j_later])
                 v = min(out[k, j], later + decel * dt)
             out[k, j] = v

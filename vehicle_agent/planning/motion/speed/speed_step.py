@@ -190,7 +190,7 @@ def _along(limits: _KnotLimits, at: Array) -> tuple[Array, Array, Array]:
     found = []
     for query in (at, at + step):
         j = np.clip(np.searchsorted(u, query, side="right") - 1, 0, len(u) - 2)
-        w = np.clip((query - u[j]) / (u[j + 1] - u[j]), 0.0, 1.0)
+        w = np.clip((query - u[j]) / np.maximum(u[j + 1] - u[j], 1e-9), 0.0, 1.0)
         k = np.arange(1, len(at) + 1)
         people = clearance_limit[k, j] + w * (clearance_limit[k, j + 1] - clearance_limit[k, j])
         found.append(np.minimum(place[j] + w * (place[j + 1] - place[j]), people))

@@ -159,3 +159,12 @@ def test_a_search_without_room_for_its_nodes_says_so() -> None:
     way = search(a_graph(8.0, 14.0, 8, 20), u, np.full(len(u), 4.17), free, 3.0, 0.0, LIMITS, 50)
     assert not way.found
     assert way.nodes <= 50
+
+
+def test_samples_at_one_place_leave_a_limit_as_it_is() -> None:
+    u = np.array([0.0, 0.25, 0.25])
+    limit = np.array([[3.0, 3.0, 3.0], [1.0, 0.5, 0.5], [0.5, 0.5, 0.5]])
+    out = backward_in_time(limit, u, 0.8, 0.2)
+    assert np.isfinite(out).all()
+    assert (out <= limit).all()
+    assert out[0, 0] <= 1.0 + 0.8 * 0.2
