@@ -68,7 +68,8 @@ def test_a_script_books_lists_redirects_and_cancels_a_ride(tmp_path: Path) -> No
             booked = await campus.rides.book("NN20", "C6", party=2)
             assert (booked.state, booked.party, booked.vehicle_id) == ("assigned", 2, "shuttle-1")
             assert booked.promise is not None
-            assert (await campus.rides.get(booked.ride_id)).state == "assigned"
+            # The vehicle may be at the stop by now.
+            assert (await campus.rides.get(booked.ride_id)).state in ("assigned", "boarding")
             redirected = await campus.rides.change_destination(booked.ride_id, "NN7")
             assert redirected.to_stop == "NN7"
             cancelled = await campus.rides.cancel(booked.ride_id)
