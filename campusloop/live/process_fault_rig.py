@@ -36,7 +36,6 @@ from vehicle_agent.signals import CanFrame, VehicleMotion
 
 VEHICLE_ID = "shuttle-1"
 TICK_JOB, GATE_JOB = "tick", "gate"
-_SET_FRAMES_MAX = 8
 _START_S_M = 15.0
 
 
@@ -107,10 +106,11 @@ class ProcessFaultRig:
         """A report, or a complete set of commands; stamped when the system received it."""
         stamp_ns = time.monotonic_ns() - max(0, round((time.time() - message.timestamp) * 1e9))
         frame = CanFrame(stamp_ns, message.arbitration_id, bytes(message.data))
-        if message.arbitration_id not in self._by_wire.command_ids():
+        command_ids = self._by_wire.command_ids()
+        if message.arbitration_id not in command_ids:
             motion, self._reports = self._codec.decode(self._reports, (frame,), stamp_ns)
             return BusSample(stamp_ns, motion)
-        self._set = [*self._set[1 - _SET_FRAMES_MAX :], frame]
+        self._set = [*self._set[1 - len(command_ids) :], frame]
         for first in range(len(self._set)):
             try:
                 command = self._by_wire.commanded(tuple(self._set[first:]))
