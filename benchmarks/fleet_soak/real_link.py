@@ -75,7 +75,7 @@ class RealNetwork:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _done(self, task: "asyncio.Task[None]") -> None:
-        """What a vehicle's own code raises ends the campaign: the loop's handler is told."""
+        """What a vehicle's own code raises is a violation at the end: the loop's handler is told."""
         self._tasks.discard(task)
         if not task.cancelled() and (error := task.exception()) is not None:
             context = {"message": "a vehicle's connection failed", "exception": error}

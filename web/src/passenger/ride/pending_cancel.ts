@@ -65,7 +65,9 @@ export class PendingCancel {
 
   private async deliverAgain(): Promise<void> {
     const key = localStorage.getItem(this.name);
-    if (key !== null && !this.is_closed) await this.attempt(key);
+    // Delivered or withdrawn meanwhile, perhaps by another page.
+    if (key === null) this.is_waiting.value = false;
+    else if (!this.is_closed) await this.attempt(key);
   }
 
   private forget(): void {
