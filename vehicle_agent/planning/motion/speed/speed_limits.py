@@ -105,7 +105,8 @@ def _lerp(x: float, x0: float, x1: float, y0: float, y1: float) -> float:
 def backward_in_time(limit: Array, u: Array, decel: float, dt: float) -> Array:
     """(K, n) limits by knot and sample, lowered so that braking with `decel` keeps every later one.
 
-    At knot k and place u a speed v is allowed when v - decel dt is, where the vehicle is one knot later.
+    At knot k and place u (n,), n of at least 2, a speed v is allowed when v - decel dt is, where the vehicle
+    is one knot later.
     """
     out = limit.copy()
     knots, n = limit.shape
@@ -115,7 +116,8 @@ def backward_in_time(limit: Array, u: Array, decel: float, dt: float) -> Array:
             v = out[k, j]
             for _ in range(3):
                 ahead = u[j] + max(v - 0.5 * decel * dt, 0.0) * dt
-                j_later = j
+                # The last sample has none after it: it is reckoned from the one before.
+                j_later = min(j, n - 2)
                 while j_later < n - 2 and u[j_later + 1] < ahead:
                     j_later += 1
                 # A path that stands still has samples at one place: there is nothing between them.
