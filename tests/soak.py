@@ -58,6 +58,12 @@ CAMPAIGNS = (
         (sys.executable, "-m", "benchmarks.fleet_soak"),
     ),
     Campaign(
+        "bounds",
+        "every hundredth protection cell on every profile, by kernels that check the bounds of their arrays",
+        (sys.executable, "-m", "tests.scenarios.checked_cells", "--every", "100"),
+        {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(ROOT / "var" / "checked-kernels")},
+    ),
+    Campaign(
         "protocol",
         "wrong changes to the protocol; the simulation or a named test notices each one",
         (sys.executable, "-m", "benchmarks.protocol_mutations"),

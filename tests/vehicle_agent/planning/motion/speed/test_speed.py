@@ -168,3 +168,12 @@ def test_samples_at_one_place_leave_a_limit_as_it_is() -> None:
     assert np.isfinite(out).all()
     assert (out <= limit).all()
     assert out[0, 0] <= 1.0 + 0.8 * 0.2
+
+
+@pytest.mark.parametrize("behind_m", [0.0, 0.6, 50.0])
+def test_what_lies_in_memory_behind_the_last_sample_limits_nothing(behind_m: float) -> None:
+    memory = np.array([0.0, 0.5, 1.0, behind_m])
+    limit = np.array([[4.0, 4.0, 4.0], [4.0, 4.0, 2.0], [0.0, 0.0, 0.0]])
+    out = backward_in_time(limit, memory[:3], 0.8, 0.2)
+    assert out[1] == pytest.approx([0.16, 0.16, 0.16])
+    assert out[0] == pytest.approx([0.32, 0.32, 0.32])
