@@ -6,7 +6,8 @@ on its route, whose last one is where it will stand. Only grants and routes that
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from operator import is_
 
 import msgspec
 
@@ -43,6 +44,18 @@ class _Vehicle:
     claim: Claim
 
 
+@dataclass(slots=True)
+class _LastTest:
+    """The state that was tested last, and which vehicles are stuck in it."""
+
+    claims: list[Claim] = field(default_factory=list)
+    stuck: frozenset[str] = frozenset()
+
+    def is_of(self, claims: Sequence[Claim]) -> bool:
+        """By identity: a claim is never changed, and most of a fleet is put back as it was."""
+        return len(claims) == len(self.claims) and all(map(is_, claims, self.claims))
+
+
 class Reservations:
     """The sections of one map and the vehicles on them. Vehicles are visited in the order of their ids.
 
@@ -54,12 +67,14 @@ class Reservations:
         self._vehicles: dict[str, _Vehicle] = {}
         # What was last put back of each vehicle: most of a fleet is put back as it was.
         self._restored: dict[str, _Vehicle] = {}
+        self._last_test = _LastTest()
         self.last_fence = last_fence
 
     def emptied(self) -> "Reservations":
         """The same map without vehicles; data derived from the map are shared."""
         empty = Reservations(())
         empty._ground, empty._restored = self._ground, self._restored
+        empty._last_test = self._last_test
         return empty
 
     @property
@@ -132,7 +147,7 @@ class Reservations:
             raise ReservationError(
                 "off_route", f"the route of {vehicle_id} does not touch a section it holds: {vehicle.held}"
             )
-        before = self._ground.stuck(self._claims())
+        before = self._stuck_now()
         turned = self._entered(vehicle_id, vehicle.held, ahead, route_sections[-1])
         tolerated = before | {vehicle_id} if vehicle.goal is None else before - {vehicle_id}
         if not self._ground.stuck(self._claims(vehicle_id, turned)) <= tolerated:
@@ -146,10 +161,10 @@ class Reservations:
         free = self._free_count(vehicle_id, limit)
         if free == 0:
             return ()
-        before = self._ground.stuck(self._claims())
+        tolerated = self._stuck_now() - {vehicle_id}
         for count in range(free, 0, -1):
             moved = self._moved(vehicle_id, vehicle, count)
-            if self._ground.stuck(self._claims(vehicle_id, moved)) <= before - {vehicle_id}:
+            if self._ground.stuck(self._claims(vehicle_id, moved)) <= tolerated:
                 granted = vehicle.ahead[:count]
                 self._vehicles[vehicle_id] = moved
                 return tuple(Grant(section_id, self._next_fence()) for section_id in granted)
@@ -198,6 +213,13 @@ class Reservations:
             if self._ground.bits[section_id] & others:
                 return count
         return len(ahead)
+
+    def _stuck_now(self) -> frozenset[str]:
+        """As it is; many requests are refused between two changes."""
+        claims = self._claims()
+        if not self._last_test.is_of(claims):
+            self._last_test.claims, self._last_test.stuck = claims, self._ground.stuck(claims)
+        return self._last_test.stuck
 
     def _claims(self, changed_id: str = "", changed: _Vehicle | None = None) -> list[Claim]:
         return [

@@ -71,17 +71,20 @@ class Ground:
         waiting = [claim for claim in claims if claim.is_moving]
         standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
         while waiting:
+            needs, shadows = _Overlap(claim.need for claim in waiting), _Overlap(standing.values())
+            at_the_end: _Overlap | None = None
             for place, claim in enumerate(waiting):
-                others = waiting[:place] + waiting[place + 1 :]
-                wanted = union([other.need for other in others])
-                in_the_way = union([s for other_id, s in standing.items() if other_id != claim.vehicle_id])
+                wanted = needs.without(claim.need)
+                in_the_way = shadows.without(standing[claim.vehicle_id])
                 if not claim.need & in_the_way and not claim.shadow_end & wanted:
                     standing[claim.vehicle_id] = claim.shadow_end
-                    waiting = others
+                    waiting = waiting[:place] + waiting[place + 1 :]
                     break
-                if not claim.shadow_now & wanted and not claim.need & self._final(others, standing, claim):
-                    waiting = others
-                    break
+                if not claim.shadow_now & wanted:
+                    at_the_end = at_the_end or _at_the_end(waiting, standing)
+                    if not claim.need & at_the_end.without(claim.shadow_end):
+                        waiting = waiting[:place] + waiting[place + 1 :]
+                        break
                 moved = self._part_of_the_way(claim, in_the_way, wanted)
                 if moved is not None:
                     standing[claim.vehicle_id] = moved.shadow_now
@@ -91,30 +94,43 @@ class Ground:
                 return frozenset(claim.vehicle_id for claim in waiting)
         return frozenset()
 
-    @staticmethod
-    def _final(waiting: Sequence[Claim], standing: Mapping[str, int], claim: Claim) -> int:
-        """What the others keep out of once all that still wait are at their ends and `claim` goes last."""
-        ends = {other.vehicle_id: other.shadow_end for other in waiting}
-        return union(
-            ends.get(other_id, shadow)
-            for other_id, shadow in standing.items()
-            if other_id != claim.vehicle_id
-        )
-
     def _part_of_the_way(self, claim: Claim, in_the_way: int, wanted: int) -> Claim | None:
         """The vehicle at the farthest place that it can reach and no other needs; None if there is none."""
+        bits, way = self.bits, claim.ahead
         free = 0
-        while free < len(claim.ahead) and not self.bits[claim.ahead[free]] & in_the_way:
+        while free < len(way) and not bits[way[free]] & in_the_way:
             free += 1
-        way = (claim.foremost, *claim.ahead)
-        for count in range(min(free, len(claim.ahead) - 1), -1, -1):
-            here = way[count]
+        for count in range(min(free, len(way) - 1), -1, -1):
+            here = way[count - 1] if count else claim.foremost
             shadow = self.shadows[here]
             is_move = count > 0 or shadow != claim.shadow_now
-            if is_move and not shadow & wanted and self._followed_by.get(here) == way[count + 1]:
-                ahead = claim.ahead[count:]
+            if is_move and not shadow & wanted and self._followed_by.get(here) == way[count]:
+                ahead = way[count:]
                 return replace(claim, foremost=here, ahead=ahead, need=self.mask(ahead), shadow_now=shadow)
         return None
+
+
+class _Overlap:
+    """Sets of sections, for what all of them but one have: found at once and not for each one anew."""
+
+    __slots__ = ("_any", "_several")
+
+    def __init__(self, masks: Iterable[int]) -> None:
+        found = several = 0
+        for mask in masks:
+            several |= found & mask
+            found |= mask
+        self._any, self._several = found, several
+
+    def without(self, mask: int) -> int:
+        """All of them together but this one, which is one of them."""
+        return self._any & ~(mask & ~self._several)
+
+
+def _at_the_end(waiting: Sequence[Claim], standing: Mapping[str, int]) -> _Overlap:
+    """What each vehicle keeps others out of once all that still wait are at their ends."""
+    ends = {claim.vehicle_id: claim.shadow_end for claim in waiting}
+    return _Overlap(ends.get(vehicle_id, shadow) for vehicle_id, shadow in standing.items())
 
 
 def _places_to_wait(sections: list[Section]) -> dict[str, str]:
