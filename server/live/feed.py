@@ -160,7 +160,8 @@ class SceneFeed:
             raise
 
     async def _read(self, stale: _Stale) -> None:
-        reading = await self._transactions.read(lambda uow: _reading(uow, stale))
+        shown_before = frozenset(self.board.rides)
+        reading = await self._transactions.read(lambda uow: _reading(uow, stale, shown_before))
         board, now_ms = self.board, ms_of(self._clock.now())
         self._show_map(reading.network)
         if reading.incidents is not None:
@@ -216,14 +217,19 @@ def _with_newer_status(scene: VehicleScene, held: VehicleScene, status: Status) 
     return msgspec.structs.replace(scene, status=status, heard_ms=held.heard_ms)
 
 
-def _reading(uow: UnitOfWork, stale: _Stale) -> _Reading:
+def _reading(uow: UnitOfWork, stale: _Stale, shown: frozenset[str]) -> _Reading:
+    """shown: the rides on the board. An empty board also gets the last that ended."""
     network = uow.network() if uow.maps.active_version() is not None else None
     views = uow.views
     incidents = views.incidents(limit=RIDES_MAX) if stale.everything or stale.incidents else None
     if stale.everything:
-        recent = {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
-        recent |= {ride.ride_id: ride for ride in views.rides(states=ACTIVE, limit=RIDES_MAX)}
-        return _Reading(network, views.vehicles(), tuple(recent.values()), incidents, uow.rules)
+        found = {ride.ride_id: ride for ride in views.rides(states=ACTIVE, limit=RIDES_MAX)}
+        ended = shown - found.keys()
+        if ended:
+            found |= {ride.ride_id: ride for ride in views.rides(ride_ids=ended, limit=len(ended))}
+        elif not shown:
+            found |= {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
+        return _Reading(network, views.vehicles(), tuple(found.values()), incidents, uow.rules)
     rides = views.rides(ride_ids=stale.rides, limit=len(stale.rides)) if stale.rides else ()
     vehicles = views.vehicles(stale.vehicles) if stale.vehicles else ()
     return _Reading(network, vehicles, rides, incidents, uow.rules)

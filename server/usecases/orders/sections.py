@@ -70,14 +70,19 @@ def _wanted(
     where = uow.vehicles.whereabouts(vehicle.vehicle_id)
     if where is None or where.status is None:
         return 0
-    network = uow.network()
-    here = road_position(network, occupancy.held_ids, where.status)
-    distance_m = uow.rules.grant_ahead_m
-    if _is_alone(vehicle.vehicle_id, poses):
-        distance_m *= ALONE_FACTOR
-    halt = _next_halt(uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id))
-    ahead = _open_ahead(uow.roads(), occupancy)
-    return sections_to_request(network, occupancy.held_ids, ahead, here, distance_m, halt)
+    is_alone = _is_alone(vehicle.vehicle_id, poses)
+    distance_m = uow.rules.grant_ahead_m * (ALONE_FACTOR if is_alone else 1.0)
+    plan, order = uow.plans.get(vehicle.vehicle_id), uow.orders.current(vehicle.vehicle_id)
+    roads, status = uow.roads(), where.status
+
+    def count() -> int:
+        here = road_position(roads.network, occupancy.held_ids, status)
+        ahead = _open_ahead(roads, occupancy)
+        halt = _next_halt(plan, order)
+        return sections_to_request(roads.network, occupancy.held_ids, ahead, here, distance_m, halt)
+
+    name = f"wanted {is_alone} {vehicle.vehicle_id}"
+    return roads.results.get(name, (occupancy, status, plan, order, uow.rules), count)
 
 
 def _open_ahead(roads: FleetRoads, occupancy: Occupancy) -> tuple[str, ...]:
