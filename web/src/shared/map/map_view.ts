@@ -4,7 +4,7 @@ import { conditionOf } from "../scene/condition";
 import { PoseInterpolator } from "../scene/pose_interpolation";
 import { poseOf, type Point, type Scene, type VehicleScene } from "../scene/scene";
 import type { Bounds, Camera, Padding, Size } from "./camera/camera";
-import { boundsOf, fitCamera, toScreen, zoomCamera } from "./camera/camera";
+import { boundsOf, fitCamera, toMap, toScreen, zoomCamera } from "./camera/camera";
 import { Gestures } from "./camera/gestures";
 import { BaseMap, drawLine, setMapTransform } from "./drawing/base_map";
 import type { Label } from "./drawing/labels";
@@ -251,9 +251,15 @@ export class MapView {
     return x > -20 && y > -20 && x < this.size.width_px + 20 && y < this.size.height_px + 20;
   }
 
-  /** The nearest shuttle, or else the nearest stop, within the radius of a finger or a mouse. */
+  /** The nearest shuttle, or else the nearest stop, or else the ground, within the radius of a finger or a mouse. */
   private selectionAt(x_px: number, y_px: number, is_touch: boolean): MapSelection {
     const radius_px = is_touch ? TOUCH_RADIUS_PX : MOUSE_RADIUS_PX;
+    const ground: MapSelection = {
+      kind: "ground",
+      at: toMap(this.camera, this.size, x_px, y_px),
+      reach_m: radius_px / this.camera.px_per_m,
+    };
+    if (this.content?.selects_ground === true) return ground;
     const distance_px = (x_m: number, y_m: number) => {
       const [x, y] = toScreen(this.camera, this.size, x_m, y_m);
       return Math.hypot(x - x_px, y - y_px);
@@ -265,7 +271,7 @@ export class MapView {
     const vehicle = nearest(this.located(), distanceOfVehicle_px, radius_px);
     if (vehicle !== null) return { kind: "vehicle", id: vehicle.vehicle_id };
     const stop = nearest(this.geometry?.stops ?? [], (s) => distance_px(s.x_m, s.y_m), radius_px);
-    return stop === null ? { kind: "nothing" } : { kind: "stop", id: stop.stop_id };
+    return stop === null ? ground : { kind: "stop", id: stop.stop_id };
   }
 }
 
