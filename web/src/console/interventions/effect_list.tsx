@@ -42,7 +42,7 @@ export function EffectList({ effects, vehicles }: EffectListProps) {
       {effects.departures.map((effect) => (
         <li key={effect.departure_id} data-effect={effect.departure_id}>
           <span>
-            {effect.departure_id}
+            {effect.departure_id.split("@")[0]}
             <small>{t.departure}</small>
           </span>
           <span class={effect.vehicle_after === null ? "chip danger" : "chip"}>

@@ -3,6 +3,7 @@ import { goTo } from "../navigation";
 import { is_stale } from "../session";
 import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
+import { batteryText } from "../vehicles/vehicle_status";
 import { ConditionChip } from "../vehicles/condition_chip";
 
 export function VehicleList({ scene }: { readonly scene: Scene }) {
@@ -45,7 +46,9 @@ function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
           <span>{t.kmh((status.speed_mps * 3.6).toFixed(0))}</span>
         )}
         <span>{t.seats_taken(task.people_aboard, facts.seats)}</span>
-        {status !== null && <span>{(status.battery_ratio * 100).toFixed(0)} %</span>}
+        {status !== null && (
+          <span>{status.battery_ratio > 0 ? batteryText(status) : t.battery_unknown}</span>
+        )}
         {task.next_stop !== "" && <span>→ {stopName(task.next_stop)}</span>}
       </span>
     </button>

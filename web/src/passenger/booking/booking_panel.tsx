@@ -78,7 +78,7 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
   const busy = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
-  const { timezone, seats_max } = campus.view;
+  const { timezone, seats_max, wheelchairs_max } = campus.view;
   const is_ready =
     canBook.value &&
     (isRecurring.value ? isSeriesRequestValid(timezone) : isPickupTimeValid(timezone));
@@ -109,7 +109,7 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
           label={t.wheelchairs}
           value={wheelchairs.value}
           min={0}
-          max={party.value}
+          max={Math.min(party.value, wheelchairs_max)}
           fewer={t.fewer}
           more={t.more}
           onChange={(count) => {
@@ -117,6 +117,9 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
           }}
         />
       </div>
+      {party.value > wheelchairs_max && wheelchairs.value === wheelchairs_max && (
+        <p class="hint">{t.wheelchair_places(wheelchairs_max)}</p>
+      )}
       <PickupTimeField view={campus.view} />
       {!isRecurring.value && (
         <label class="walk-option">

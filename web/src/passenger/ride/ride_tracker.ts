@@ -2,6 +2,7 @@ import { batch, computed, effect, signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
+import { monotonic_ms } from "../../shared/live/clock";
 import { LiveLink } from "../../shared/live/live_link";
 import { idempotencyKey } from "../booking/ride_request";
 import { deliverKept, PendingCancel } from "./pending_cancel";
@@ -25,9 +26,14 @@ export class RideTracker {
 
   readonly live = computed(() => this.link.scene.value?.rides[0] ?? null);
   readonly vehicle = computed(() => this.link.scene.value?.vehicles[0] ?? null);
+  /** The present minute by the server's clock: a booking becomes a ride under way without any message. */
+  private readonly minute = computed(() =>
+    Math.floor((monotonic_ms.value > 0 ? (this.link.now_ms() ?? Date.now()) : Date.now()) / 60_000),
+  );
   readonly progress = computed(() => {
     const ticket = this.ticket.value;
-    return ticket === null ? null : rideProgress(ticket, this.live.value, this.vehicle.value);
+    if (ticket === null) return null;
+    return rideProgress(ticket, this.live.value, this.vehicle.value, this.minute.value * 60_000);
   });
 
   private closed = false;

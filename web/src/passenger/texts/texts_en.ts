@@ -24,6 +24,10 @@ export const en = {
   people: "People",
   wheelchairs: "Wheelchairs",
   may_walk: "Stops near by will do",
+  wheelchair_places: (places: number) =>
+    places === 0
+      ? "No shuttle has a place for a wheelchair. Call the operators."
+      : `Each shuttle has ${places === 1 ? "1 wheelchair place" : `${places} wheelchair places`}. Book another ride for more wheelchairs.`,
   fewer: "One fewer",
   more: "One more",
   when: "When",
@@ -101,6 +105,8 @@ export const en = {
   party_wheelchairs: (chairs: number) => (chairs === 1 ? "1 wheelchair" : `${chairs} wheelchairs`),
   shuttle: "Shuttle",
 
+  booked: "Your ride is booked",
+  booked_for: (time: string) => `Your ride is booked for ${time}`,
   searching: "Finding you another shuttle",
   searching_detail: "Your shuttle had to give up this ride. Your promised times stay; wait here.",
   approaching: (name: string) => `${name} is on its way`,
@@ -189,7 +195,7 @@ export const en = {
   reasons: {
     no_vehicle_free: "All shuttles are busy or out of service. Try again in a few minutes.",
     seats: "No shuttle has so many seats free. Book for fewer people, or later.",
-    wheelchair: "No shuttle has that many wheelchair places free. Try a later time.",
+    wheelchair: "The wheelchair places are taken at that time. Choose a later time.",
     pickup_window: "No shuttle can be at your stop soon enough. Choose a later time.",
     no_service:
       "The service closes before you could be there. Choose an earlier time or another day.",

@@ -25,6 +25,10 @@ export const zh: PassengerTexts = {
   people: "人数",
   wheelchairs: "轮椅",
   may_walk: "附近站点也可以",
+  wheelchair_places: (places) =>
+    places === 0
+      ? "目前没有车辆设有轮椅位，请联系调度员。"
+      : `每辆车有 ${places} 个轮椅位，更多轮椅请另外预约一次。`,
   fewer: "减少一个",
   more: "增加一个",
   when: "时间",
@@ -101,6 +105,8 @@ export const zh: PassengerTexts = {
   party_wheelchairs: (chairs) => `${chairs} 个轮椅位`,
   shuttle: "车辆",
 
+  booked: "您的行程已预约",
+  booked_for: (time) => `您的行程已预约：${time}`,
   searching: "正在为您另派车辆",
   searching_detail: "原车辆无法继续此行程。承诺的时间不变，请在原地等候。",
   approaching: (name) => `${name} 正在前来`,
@@ -184,7 +190,7 @@ export const zh: PassengerTexts = {
   reasons: {
     no_vehicle_free: "所有车辆都在忙或暂停服务，请几分钟后再试。",
     seats: "没有车辆有足够的空座。请减少人数或换个时间。",
-    wheelchair: "没有车辆有足够的轮椅位，请换个时间。",
+    wheelchair: "该时间的轮椅位已满，请选择较晚的时间。",
     pickup_window: "没有车辆能及时到达您的站点，请选择更晚的时间。",
     no_service: "运营将在您到达之前结束。请选择更早的时间或其他日期。",
     arrival: "没有车辆能及时送您到达，请换个时间。",

@@ -1795,6 +1795,7 @@ export interface components {
          *       "has_timetable": true,
          *       "last_run_at": "2026-09-01T10:10:00Z",
          *       "seats_max": 6,
+         *       "wheelchairs_max": 1,
          *       "booking_ahead_s_max": 604800
          *     }
          */
@@ -1844,6 +1845,11 @@ export interface components {
             last_run_at: string | null;
             /** Seats Max */
             seats_max: number;
+            /**
+             * Wheelchairs Max
+             * @description Wheelchair places of the shuttle that has the most.
+             */
+            wheelchairs_max: number;
             /** Booking Ahead S Max */
             booking_ahead_s_max: number;
         };
