@@ -17,8 +17,8 @@ interface Box {
   readonly bottom: number;
 }
 
-const TEXT_PX = 12;
-const HEIGHT_PX = 16;
+/** The height of a line of text, of its size. */
+const LINE = 4 / 3;
 
 /**
  * Writes the labels, the most important first, each beside, above or below its marker. A label that would cover
@@ -31,14 +31,15 @@ export function drawLabels(
   size: Size,
 ): void {
   const markers = labels.map((label) => boxAround(label.x_px, label.y_px, label.radius_px));
+  const height_px = LINE * palette.text_px;
   const occupied: Box[] = [...markers, ...overlayBoxes(size)];
   context.textBaseline = "middle";
   context.textAlign = "left";
   context.lineJoin = "round";
   for (const [index, label] of labels.entries()) {
-    context.font = `${label.strong ? 600 : 400} ${TEXT_PX}px ${palette.font}`;
+    context.font = `${label.strong ? 600 : 400} ${palette.text_px}px ${palette.font}`;
     const own = markers[index];
-    const box = candidateBoxes(label, context.measureText(label.text).width).find(
+    const box = candidateBoxes(label, context.measureText(label.text).width, height_px).find(
       (candidate) =>
         isInside(candidate, size) &&
         !occupied.some((other) => other !== own && overlaps(candidate, other)),
@@ -54,25 +55,25 @@ export function drawLabels(
   }
 }
 
-function candidateBoxes(label: Label, width_px: number): Box[] {
+function candidateBoxes(label: Label, width_px: number, height_px: number): Box[] {
   const gap = label.radius_px + 3;
   const at = (left: number, top: number): Box => ({
     left,
     top,
     right: left + width_px,
-    bottom: top + HEIGHT_PX,
+    bottom: top + height_px,
   });
-  const middle = label.y_px - HEIGHT_PX / 2;
+  const middle = label.y_px - height_px / 2;
   const centred = label.x_px - width_px / 2;
   return [
     at(label.x_px + gap, middle),
     at(label.x_px - gap - width_px, middle),
     at(centred, label.y_px + gap),
-    at(centred, label.y_px - gap - HEIGHT_PX),
+    at(centred, label.y_px - gap - height_px),
     at(label.x_px - label.radius_px, label.y_px + gap),
-    at(label.x_px - label.radius_px, label.y_px - gap - HEIGHT_PX),
+    at(label.x_px - label.radius_px, label.y_px - gap - height_px),
     at(label.x_px + label.radius_px - width_px, label.y_px + gap),
-    at(label.x_px + label.radius_px - width_px, label.y_px - gap - HEIGHT_PX),
+    at(label.x_px + label.radius_px - width_px, label.y_px - gap - height_px),
   ];
 }
 
