@@ -5,7 +5,7 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import PHONE, OpenPage
 from tests.e2e.operator import show_vehicle, sign_in
-from tests.e2e.passenger import book, cancel, fill_booking
+from tests.e2e.passenger import cancel, fill_booking
 from tests.e2e.server_process import ServerProcess
 from tests.e2e.targets import small_targets
 
