@@ -65,5 +65,5 @@ def test_the_keyboard_chooses_the_road_at_the_centre_of_the_map(service: Page) -
             break
         canvas.press("ArrowLeft")
     expect(chosen.first).to_be_visible()
-    service.get_by_role("button", name="Do not close").first.click()
+    service.get_by_role("button", name="Deselect").first.click()
     expect(chosen).to_have_count(0)

@@ -8,7 +8,7 @@ export const zh: PassengerTexts = {
   map_failed: "地图未能加载，不影响预订。",
   loading_campus: "正在加载校园地图…",
   try_again: "重试",
-  map: "校园地图。点按站点即可选择；方向键移动，加号和减号缩放。",
+  map: "校园地图。点按站点即可选择；方向键移动，加号和减号缩放，回车键选择地图中心的站点。",
   zoom_in: "放大",
   zoom_out: "缩小",
   whole_map: "显示全部",
@@ -33,7 +33,7 @@ export const zh: PassengerTexts = {
   more: "增加一个",
   when: "时间",
   now: "现在",
-  later: "预约",
+  later: "稍后",
   repeat: "定期",
   weekdays: "星期",
   weekdays_none: "请至少选择一天。",
@@ -143,7 +143,7 @@ export const zh: PassengerTexts = {
 
   vehicle_held: "调度员暂停了车辆，放行后继续行驶。",
   vehicle_manual: "车辆目前由人工驾驶。",
-  vehicle_stopped: "车辆已自行停车，调度员已收到通知；在检查之前，无法确定何时继续行驶。",
+  vehicle_stopped: "车辆因故障停车，调度员已收到通知。检查后会继续行驶，时间暂时无法确定。",
   vehicle_offline: "暂时联系不到车辆，显示的位置可能不是最新。",
 
   tap_on_board: "我已上车",
@@ -173,7 +173,7 @@ export const zh: PassengerTexts = {
   link_is_secret: "持有此链接的人可以取消行程。",
 
   help: "求助",
-  help_title: "呼叫调度员？",
+  help_title: "向调度员求助？",
   help_text: "您的求助会连同车辆位置一起置于调度员列表最上方。",
   help_description: "发生了什么？（选填）",
   help_yes: "发出求助",
