@@ -2,17 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from playwright.sync_api import Browser, expect
 
+from contract.geometry import Array
 from tests.e2e.operator import sign_in
 from tests.e2e.server_process import ServerProcess
 
 HZ = 5
 CYCLE_S = 4
 WARM_UP_MS = 4_000
-DESKTOP = {"viewport": {"width": 1440, "height": 900}}
+DESKTOP: dict[str, Any] = {"viewport": {"width": 1440, "height": 900}}
 _FLEET = Path(__file__).with_name("fleet_socket.js")
 
 # The times between two frames, in milliseconds, for so long.
@@ -71,7 +73,7 @@ def measure_console(
     )
 
 
-def _median_of_seconds(between_ms: np.ndarray) -> float:
+def _median_of_seconds(between_ms: Array) -> float:
     """Frames in each whole second; their median."""
     at_s = np.cumsum(between_ms) / 1000.0
     counts = np.bincount(at_s.astype(np.int64))[: int(at_s[-1])]
