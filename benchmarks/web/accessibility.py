@@ -86,7 +86,7 @@ def _walk_passenger(page: Page, server: ServerProcess, shown: Shown) -> None:
         page.locator(".stop-choice").nth(2 + number).click()
     shown("form-filled")
     for number, state in ((1, "later"), (2, "repeat"), (0, "now")):
-        page.locator(".field .switch button").nth(number).click()
+        page.locator(".pickup-time .switch button").nth(number).click()
         shown(state)
     page.locator(".book-bar button").click()
     page.locator("[data-ride-code]").wait_for()

@@ -24,6 +24,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
   }, []);
   return (
     <div class={is_stale.value ? "live stale" : "live"} data-stale={is_stale.value || undefined}>
+      <h1 class="visually-hidden">{texts.value.live}</h1>
       <SceneMap
         campus={campus}
         scene={scene.value}

@@ -27,6 +27,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
   if (ride.problem.value !== null)
     return (
       <section class="ride">
+        <h1>{texts.value.no_ride}</h1>
         <ProblemAlert problem={ride.problem.value} />
         <BookAnotherButton />
       </section>

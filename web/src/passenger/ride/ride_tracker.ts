@@ -5,6 +5,7 @@ import type { Problem, Result } from "../../shared/api/problem";
 import { monotonic_ms } from "../../shared/live/clock";
 import { LiveLink } from "../../shared/live/live_link";
 import { idempotencyKey } from "../booking/ride_request";
+import { stored_at } from "../offline";
 import { deliverKept, PendingCancel } from "./pending_cancel";
 import { rideProgress } from "./ride_progress";
 
@@ -46,7 +47,10 @@ export class RideTracker {
     this.pending_cancel = new PendingCancel(token, (key) => this.cancel(key));
     this.help_at.value = sessionStorage.getItem(this.helpKey());
     void this.load();
-    this.stopEffect = effect(() => this.reloadOnChange());
+    this.stopEffect = effect(() => {
+      this.reloadOnChange();
+      this.reloadCopy();
+    });
   }
 
   close(): void {
@@ -135,6 +139,11 @@ export class RideTracker {
     if (live.state === ticket.state && live.to_stop === ticket.to_stop) return;
     if (live.state !== ticket.state) this.tap.value = "none";
     void this.load();
+  }
+
+  /** A ticket that this phone had kept is loaded again as soon as the server can be heard. */
+  private reloadCopy(): void {
+    if (this.link.state.value === "open" && stored_at.peek() !== null) void this.load();
   }
 
   /** Polls the tap: the live view shows an accepted tap as the ride's new state, but not a refused one. */

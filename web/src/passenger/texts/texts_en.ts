@@ -1,8 +1,12 @@
 export const en = {
   title: "Campus shuttle",
   skip_to_panel: "Skip the map",
+  link_broken_title: "This link does not work",
+  no_ride: "Your ride cannot be shown",
   link_broken:
     "This link is not complete. Open it again from the message that it came in, or use the ride code.",
+  offline_copy: (time: string) =>
+    `There is no connection. This page shows what was known at ${time}. Booking needs a connection.`,
   loading_map: "Loading the map…",
   map_failed: "The map could not be loaded. You can book without it.",
   loading_campus: "Loading the campus map…",
@@ -18,6 +22,15 @@ export const en = {
   choose_pickup: "Choose a pickup stop",
   choose_destination: "Choose a destination",
   swap: "Swap pickup and destination",
+  book_again: "Book again",
+  trip_now: (from: string, to: string, people: number) =>
+    people === 1 ? `${from} to ${to}, now` : `${from} to ${to} for ${people} people, now`,
+  nearest_stop: "Use the nearest stop",
+  locating: "Looking for your position…",
+  too_far: "You are far from the campus. Choose a stop.",
+  location_unknown: "Your position is not known. Choose a stop.",
+  link_stop_missing: "The stop of this link is no longer on the map. Choose another stop.",
+  in_min: (minutes: number) => `in ${minutes} min`,
   search_stop: "Search stops",
   no_stop_found: "There is no stop with this name.",
   back: "Back",
