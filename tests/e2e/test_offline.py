@@ -1,4 +1,4 @@
-"""The passenger page without a connection: itself, the stops, the timetable and the ticket, and how old they are."""
+"""Without a connection: the passenger page, the stops, the timetable and the ticket, and how old they are."""
 
 import re
 
