@@ -63,6 +63,8 @@ class Audit:
         context.close()
 
     def _look(self, page: Page, where: str) -> None:
+        # Bars that stay at the edges cover what is scrolled under them; as a page begins, they cover nothing.
+        page.evaluate("scrollTo(0, 0)")
         page.wait_for_timeout(_SETTLE_MS)
         if not page.evaluate("'axe' in window"):
             page.evaluate(AXE.read_text())

@@ -60,6 +60,7 @@ def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
         def heard(kind: str, text: str) -> None:
             is_meant = any(f"status of {code}" in text for code in allowed)
             is_meant = is_meant or (goes_offline and "ERR_INTERNET_DISCONNECTED" in text)
+            is_meant = is_meant or "Service Worker registration blocked by Playwright" in text
             if kind in ("error", "warning") and not is_meant:
                 complaints.append(text)
 

@@ -1,4 +1,4 @@
-"""The boxes of everything that can be clicked or tapped on a page."""
+"""The boxes of everything that can be clicked or tapped on a page, and of the page itself."""
 
 from playwright.sync_api import Page
 
@@ -29,3 +29,10 @@ def small_targets(page: Page, least_px: float) -> list[str]:
     """Those that are narrower or lower than this."""
     found: list[str] = page.evaluate(_SMALL_TARGETS, least_px)
     return found
+
+
+def sticks_out(page: Page) -> bool:
+    """A phone's own width counts: a page that sticks out makes its window wider."""
+    assert page.viewport_size is not None
+    width: int = page.evaluate("document.documentElement.scrollWidth")
+    return width > page.viewport_size["width"]

@@ -9,6 +9,7 @@ from tests.e2e.passenger import book, cancel
 from tests.e2e.recorded_run import record_run, upload_run
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
+from tests.e2e.targets import sticks_out
 
 pytestmark = [pytest.mark.browser, pytest.mark.real]
 
@@ -231,4 +232,4 @@ def test_nothing_sticks_out_on_a_phone(open_page: OpenPage, server: ServerProces
     expect(page.locator(".console")).to_be_visible()
     page.goto(f"{server.origin}/console#/{place}")
     expect(page.locator("main h1, main h2, main canvas").first).to_be_visible()
-    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert not sticks_out(page)

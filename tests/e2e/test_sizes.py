@@ -7,7 +7,7 @@ from tests.e2e.conftest import PHONE, OpenPage
 from tests.e2e.operator import show_vehicle, sign_in
 from tests.e2e.passenger import cancel, fill_booking
 from tests.e2e.server_process import ServerProcess
-from tests.e2e.targets import small_targets
+from tests.e2e.targets import small_targets, sticks_out
 
 pytestmark = [pytest.mark.browser, pytest.mark.real]
 
@@ -17,11 +17,6 @@ PASSENGER_PX, CONSOLE_PX = 48, 44
 def enlarge(page: Page) -> None:
     """What a reader's setting of the browser does: it doubles the size that rem counts in."""
     page.add_style_tag(content="html { font-size: 200% }")
-
-
-def sticks_out(page: Page) -> bool:
-    found: bool = page.evaluate("document.documentElement.scrollWidth > window.innerWidth")
-    return found
 
 
 @pytest.mark.usefixtures("shuttle")

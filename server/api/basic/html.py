@@ -153,7 +153,8 @@ def _document(language: Language, title: str, body: str, other: str, head: str =
     return (
         f"<!doctype html><html lang='{code}'><head><meta charset='utf-8'>"
         "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        f"<title>{escape(title)}</title><link rel='icon' href='/icon.svg'><style>{_STYLE}</style>{head}</head><body>"
+        f"<title>{escape(title)}</title><link rel='icon' href='/icon.svg'><style>{_STYLE}</style>{head}"
+        "</head><body>"
         f"<nav><a href='{escape(other)}' lang='{other_code}'>{escape(t.other_language)}</a></nav>"
         f"<main><h1>{escape(title)}</h1>\n{body}</main></body></html>"
     )
