@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ _TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"
 _LANGUAGES = ("en-GB", "zh-CN")
 _SCHEMES = ("light", "dark")
 _VARIANTS = ("plain", "text-200", "reduced-motion")
+ALL_LOOKS = tuple(itertools.product(_LANGUAGES, _SCHEMES, _VARIANTS))
 _DESKTOP: dict[str, Any] = {"viewport": {"width": 1440, "height": 900}}
 _SETTLE_MS = 350
 
@@ -42,8 +43,9 @@ class Audit:
         self.violations: list[Violation] = []
         self._browser, self._server, self._screenshots = browser, server, screenshots
 
-    def run(self) -> None:
-        for language, scheme, variant in itertools.product(_LANGUAGES, _SCHEMES, _VARIANTS):
+    def run(self, looks: Iterable[tuple[str, str, str]] = ALL_LOOKS) -> None:
+        """looks: language, colours, variant; every state of both pages in each of them."""
+        for language, scheme, variant in looks:
             for shape, walk in ((PHONE, _walk_passenger), (_DESKTOP, _walk_console)):
                 self._walk(shape | {"locale": language, "color_scheme": scheme}, variant, walk)
 
