@@ -7,7 +7,13 @@ export default defineConfig({
     target: "es2022",
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
-    rolldownOptions: { input: { passenger: "index.html", console: "console.html" } },
+    rolldownOptions: {
+      input: { passenger: "index.html", console: "console.html", sw: "src/sw/sw.ts" },
+      // A service worker keeps its address for ever, and reigns over what lies below it.
+      output: {
+        entryFileNames: ({ name }) => (name === "sw" ? "sw.js" : "assets/[name]-[hash].js"),
+      },
+    },
   },
   server: {
     proxy: { "/api": server, "/ws": { target: server, ws: true } },

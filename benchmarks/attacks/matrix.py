@@ -45,7 +45,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     ),
     (
         """cancel_ride_by_operator change_destination_by_operator cancel_series_by_operator close_road
-        lift_closure announce_in_vehicle reassign_rides""",
+        lift_closure preview_closure announce_in_vehicle reassign_rides""",
         frozenset({"dispatcher"}),
         "drive",
     ),

@@ -12,6 +12,8 @@ from pathlib import Path
 import httpx
 import uvicorn
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from starlette.responses import RedirectResponse
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from campusloop.clients.operator_client import OperatorClient
 from campusloop.live.server import listen, uvicorn_config
@@ -71,13 +73,17 @@ async def view(runs: tuple[ViewedRun, ...], port: int, report: Callable[[str], N
             operator_password=password,
             with_loops=False,
         )
-        server = uvicorn.Server(uvicorn_config(settings, await live_ports(settings)))
+        config = uvicorn_config(settings, await live_ports(settings))
+        door = _Door(config.app, _first_page(runs))  # type: ignore[arg-type]
+        config.app = door
+        server = uvicorn.Server(config)
         serving = asyncio.create_task(server.serve(sockets=[listening]))
         try:
             await _until_started(server)
             async with httpx.AsyncClient(base_url=settings.origin(), timeout=TIMEOUT_S) as client:
                 await _upload(runs, client, password)
-            _print_addresses(runs, settings.origin(), password, report)
+                door.cookies = await _session_cookies(client, password)
+            _print_addresses(runs, settings.origin(), report)
             await serving
         finally:
             server.should_exit = True
@@ -109,10 +115,52 @@ async def _upload(runs: tuple[ViewedRun, ...], client: httpx.AsyncClient, passwo
             raise RunViewError(f"{run.path}: {answer.json().get('detail')}")
 
 
-def _print_addresses(
-    runs: tuple[ViewedRun, ...], origin: str, password: str, report: Callable[[str], None]
-) -> None:
-    report(f"operator's name: {OPERATOR}   password: {password}")
-    for name in dict.fromkeys(f"{run.vehicle_id}/{run.boot_id}" for run in runs):
-        report(f"{origin}/console#/runs/{name}")
+async def _session_cookies(client: httpx.AsyncClient, password: str) -> tuple[str, ...]:
+    """What a browser gets that signs in, as Set-Cookie headers."""
+    answer = await client.post("/api/v1/session", json={"name": OPERATOR, "password": password})
+    if answer.is_error:
+        raise RunViewError(f"the viewer cannot sign in: {answer.text}")
+    return tuple(answer.headers.get_list("set-cookie"))
+
+
+class _Door:
+    """The server whose root is the replay, without a password.
+
+    It listens on loopback only, on the machine of whoever may read these files. The host of a request is
+    checked as everywhere, so that no page of another site gets a session under a name of its own.
+    """
+
+    def __init__(self, app: ASGIApp, first_page: str) -> None:
+        self._app, self._first_page = app, first_page
+        self.cookies: tuple[str, ...] = ()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        is_root = scope["type"] == "http" and scope["path"] == "/" and scope["method"] == "GET"
+        if not is_root or not self.cookies or not _is_loopback_host(scope):
+            await self._app(scope, receive, send)
+            return
+        answer = RedirectResponse(self._first_page, status_code=303, headers={"Cache-Control": "no-store"})
+        for cookie in self.cookies:
+            answer.headers.append("set-cookie", cookie)
+        await answer(scope, receive, send)
+
+
+def _is_loopback_host(scope: Scope) -> bool:
+    host = dict(scope["headers"]).get(b"host", b"").decode("latin-1").rsplit(":", 1)[0]
+    return host in ("127.0.0.1", "localhost")
+
+
+def _names(runs: tuple[ViewedRun, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(f"{run.vehicle_id}/{run.boot_id}" for run in runs))
+
+
+def _first_page(runs: tuple[ViewedRun, ...]) -> str:
+    """The replay of the only run, or the list of several. The query makes the page ask for its session."""
+    names = _names(runs)
+    return f"/console?signed-in#/runs/{names[0]}" if len(names) == 1 else "/console?signed-in#/runs"
+
+
+def _print_addresses(runs: tuple[ViewedRun, ...], origin: str, report: Callable[[str], None]) -> None:
+    count = len(_names(runs))
+    report(f"{origin}/   the replay" if count == 1 else f"{origin}/   {count} runs to choose from")
     report("Ctrl-C stops it")

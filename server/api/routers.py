@@ -6,6 +6,7 @@ from fastapi import APIRouter, FastAPI
 
 from server.api import problems
 from server.api.audit import routes as audit
+from server.api.basic import routes as basic
 from server.api.campus import routes as campus
 from server.api.campus import travel_times
 from server.api.closures import routes as closures
@@ -77,6 +78,7 @@ def bare_app(**options: Any) -> FastAPI:
     ):
         api.include_router(router)
     app.include_router(api)
+    app.include_router(basic.router)
     for router in (
         vehicle.router,
         live.router,

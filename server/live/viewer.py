@@ -4,8 +4,12 @@ A viewer remembers only the number of the board's last change that it was told o
 skipped: the newest state wins, and no queue grows. A slow reader calls it less often.
 """
 
+import math
 from dataclasses import dataclass
 
+import msgspec
+
+from contract.geometry import wrap_angle
 from contract.wire.messages import Status
 from server.live.scene import (
     Delta,
@@ -22,6 +26,10 @@ from server.live.scene import (
 
 # A screen that receives no message for longer closes the connection and connects again.
 HEARTBEAT_MS = 5_000
+# A shuttle that stands is told to its passenger so rarely; the report's age is all that changes meanwhile.
+STANDING_EVERY_MS = 1_000
+# Less than this is the noise of a position at rest, which no screen shows.
+_STILL_M, _STILL_RAD = 0.1, 0.03
 # Viewers share a message that was made so recently.
 SHARED_MS = 20
 
@@ -49,6 +57,7 @@ class Viewer:
         self._map_version: str | None = None
         self._change = 0
         self._vehicle_id = ""
+        self._told: VehicleScene | None = None
         self._incidents = IncidentsScene()
         self._spoke_ms = 0
 
@@ -91,6 +100,7 @@ class Viewer:
             )
         _, ride, _, vehicle = _of_ride(board, self._scope)
         self._vehicle_id = "" if vehicle is None else vehicle.vehicle_id
+        self._told = vehicle
         return Snapshot(
             Scene(
                 at_ms=now_ms,
@@ -105,7 +115,11 @@ class Viewer:
         """The ride and its shuttle, as far as they are new to its passenger."""
         ride_number, ride, number, vehicle = _of_ride(board, scope)
         before, self._vehicle_id = self._vehicle_id, "" if vehicle is None else vehicle.vehicle_id
-        is_new = vehicle is not None and (number > self._change or before != self._vehicle_id)
+        is_new = vehicle is not None and (
+            before != self._vehicle_id or (number > self._change and _is_news(self._told, vehicle))
+        )
+        if is_new:
+            self._told = vehicle
         delta = Delta(
             at_ms=now_ms,
             vehicles=(vehicle,) if vehicle is not None and is_new else (),
@@ -114,6 +128,22 @@ class Viewer:
             rides_gone=tuple(key for key in board.rides_gone_since(self._change) if key == scope.ride_id),
         )
         return None if delta == Delta(now_ms) else delta
+
+
+def _is_news(told: VehicleScene | None, vehicle: VehicleScene) -> bool:
+    """Whether a passenger has to hear of it now: it moves, or another thing changed, or a second is over."""
+    if told is None or vehicle.heard_ms - told.heard_ms >= STANDING_EVERY_MS:
+        return True
+    known, status = told.status, vehicle.status
+    if known is None or status is None:
+        return True
+    before, pose = known.pose_map, status.pose_map
+    if math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m) >= _STILL_M:
+        return True
+    if abs(wrap_angle(pose.yaw_rad - before.yaw_rad)) >= _STILL_RAD:
+        return True
+    same_place = msgspec.structs.replace(status, pose_map=before)
+    return msgspec.structs.replace(vehicle, status=same_place, heard_ms=told.heard_ms) != told
 
 
 def everything_since(board: SceneBoard, change: int, incidents: IncidentsScene, now_ms: int) -> Delta | None:

@@ -65,7 +65,7 @@ def photograph_repeat(camera: Camera) -> None:
     fill_booking(phone, "Main Library", "Gymnasium")
     phone.get_by_role("button", name="Repeat").click()
     camera.take(phone, "phone-repeat")
-    phone.get_by_role("button", name="Book every chosen day").click()
+    phone.get_by_role("button", name="Book all these days").click()
     phone.locator("[data-day]").first.wait_for()
     camera.take(phone, "phone-series")
 

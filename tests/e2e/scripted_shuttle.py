@@ -36,6 +36,7 @@ from contract.wire.messages import (
     VisitProgress,
     VisitState,
 )
+from contract.wire.reasons import FaultCode
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import load_or_create_key, public_key_text, signature_text
@@ -128,6 +129,14 @@ class ScriptedShuttle:
             self._loop.call_soon_threadsafe(self._loop.stop)
             self._thread.join(10)
             self._loop.close()
+
+    def stop_with_fault(self, code: FaultCode) -> None:
+        """As a guard does that sees a fault: it stands until an operator resumes it."""
+        self._loop.call_soon_threadsafe(self._latch, code)
+
+    def _latch(self, code: FaultCode) -> None:
+        self._mode = "minimal_risk"
+        self._events.append(ModeChanged("minimal_risk", "fault", "", (code,)))
 
     async def _begin(self) -> None:
         self._tasks = [self._loop.create_task(self._client.run()), self._loop.create_task(self._live())]

@@ -29,7 +29,7 @@ class ServerProcess:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._port = _free_port()
+        self._port = free_port()
         self.origin = f"http://127.0.0.1:{self._port}"
         self.http = httpx.Client(base_url=f"{self.origin}/api/v1", trust_env=False, timeout=30)
         self.network = RoadNetwork(load_map(CAMPUS_MAP))
@@ -132,7 +132,7 @@ class ServerProcess:
         self.http.headers["X-CSRF-Token"] = session["csrf_token"]
 
 
-def _free_port() -> int:
+def free_port() -> int:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port: int = probe.getsockname()[1]

@@ -9,6 +9,7 @@ from tests.e2e.passenger import book, cancel
 from tests.e2e.recorded_run import record_run, upload_run
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
+from tests.e2e.targets import sticks_out
 
 pytestmark = [pytest.mark.browser, pytest.mark.real]
 
@@ -24,7 +25,7 @@ def console(open_page: OpenPage, shuttle: ScriptedShuttle) -> Page:
 def test_a_wrong_password_is_said_in_words(open_page: OpenPage) -> None:
     page = open_page("/console", allowed=(401,))
     sign_in(page, "not the password")
-    expect(page.get_by_role("alert")).to_have_text("Name and password do not fit.")
+    expect(page.get_by_role("alert")).to_have_text("The name or the password is wrong.")
 
 
 def test_a_session_survives_a_reload_and_ends_with_signing_out(console: Page) -> None:
@@ -53,7 +54,7 @@ def test_what_was_true_is_not_shown_as_live(console: Page) -> None:
     expect(console.locator(".live[data-stale]")).to_be_visible()
     expect(row).to_contain_text("Unknown")
     expect(row).not_to_contain_text("km/h")
-    expect(console.get_by_text("what you see was true then")).to_be_visible()
+    expect(console.get_by_text("What you see is old")).to_be_visible()
     console.context.set_offline(False)
     expect(console.locator(".live[data-stale]")).to_have_count(0)
     expect(row).to_contain_text("km/h")
@@ -87,7 +88,7 @@ def test_a_call_for_help_goes_to_the_top_until_it_is_closed(console: Page, open_
     phone = open_page("/", **PHONE)
     code = book(phone, "Main Library", "Gymnasium")
     phone.get_by_role("button", name="Help").click()
-    phone.get_by_label("What has happened?").fill("The door does not open.")
+    phone.get_by_label("What happened?").fill("The door does not open.")
     phone.get_by_role("button", name="Call for help").click()
     expect(phone.get_by_text("Help call received at")).to_be_visible()
     expect(console.get_by_role("alert")).to_contain_text("A passenger calls for help")
@@ -146,7 +147,7 @@ def test_a_viewer_sees_the_service_and_no_button_that_would_be_refused(
     sign_in(page, password, name)
     page.get_by_role("link", name="Service").click()
     expect(page.get_by_role("heading", name="Calendars")).to_be_visible()
-    for button in ("New calendar", "Edit", "Remove", "Enter the day"):
+    for button in ("New calendar", "Edit", "Remove", "Add the day"):
         expect(page.get_by_role("button", name=button)).to_have_count(0)
 
 
@@ -154,10 +155,10 @@ def test_an_enrolment_code_and_a_token_are_made_and_the_token_revoked(console: P
     console.get_by_role("link", name="Access").click()
     console.get_by_label("Vehicle id").fill("shuttle-9")
     console.get_by_label("Name on the screen").fill("Shuttle 9")
-    console.get_by_role("button", name="Make a code").click()
+    console.get_by_role("button", name="Create a code").click()
     expect(console.get_by_text("Code for shuttle-9")).to_be_visible()
     console.get_by_label("Token name").fill("night-tests")
-    console.get_by_role("button", name="Make a token").click()
+    console.get_by_role("button", name="Create a token").click()
     expect(console.get_by_text("Copy it now")).to_be_visible()
     line = console.locator(".token", has_text="night-tests")
     line.get_by_role("button", name="Revoke").click()
@@ -169,7 +170,7 @@ def test_a_holiday_is_entered_and_taken_back(console: Page, server: ServerProces
     console.get_by_role("link", name="Service").click()
     console.get_by_label("Day", exact=True).fill("2099-12-25")
     console.get_by_label("Name or reason").fill("Founding Day")
-    console.get_by_role("button", name="Enter the day").click()
+    console.get_by_role("button", name="Add the day").click()
     line = console.locator('[data-exception="2099-12-25"]')
     expect(line).to_contain_text("Founding Day")
     assert server.http.get("/timetable", params={"day": "2099-12-25"}).json()["holiday"] == "Founding Day"
@@ -180,12 +181,12 @@ def test_a_holiday_is_entered_and_taken_back(console: Page, server: ServerProces
 def test_a_calendar_is_entered_changed_and_removed(console: Page) -> None:
     console.get_by_role("link", name="Service").click()
     console.get_by_role("button", name="New calendar").click()
-    console.get_by_label("Id of the service").fill("term")
+    console.get_by_label("Service id").fill("term")
     console.get_by_label("Name of the calendar").fill("Term")
     console.get_by_role("button", name="Save").click()
     line = console.locator('[data-service="term"]')
     expect(line).to_contain_text("Mon Tue Wed Thu Fri")
-    line.get_by_role("button", name="Change").click()
+    line.get_by_role("button", name="Edit").click()
     console.get_by_label("Sat").check()
     console.get_by_label("Last day (optional)").fill("2099-01-15")
     console.get_by_role("button", name="Save").click()
@@ -207,7 +208,7 @@ def test_a_recorded_run_is_replayed_at_any_moment_and_speed(
     console.get_by_label("Speed").select_option("10")
     console.get_by_role("button", name="Play").click()
     expect(screen).to_contain_text("second 40", timeout=10_000)
-    slider = console.get_by_label("Moment of the run")
+    slider = console.get_by_label("Time in the run")
     slider.evaluate(
         "(range, part) => { range.value = Number(range.min) + (range.max - range.min) * part;"
         " range.dispatchEvent(new Event('input', { bubbles: true })); }",
@@ -231,4 +232,4 @@ def test_nothing_sticks_out_on_a_phone(open_page: OpenPage, server: ServerProces
     expect(page.locator(".console")).to_be_visible()
     page.goto(f"{server.origin}/console#/{place}")
     expect(page.locator("main h1, main h2, main canvas").first).to_be_visible()
-    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert not sticks_out(page)

@@ -42,7 +42,7 @@ def test_another_destination_is_chosen_on_the_way_and_the_promise_told_anew(
     page.get_by_role("searchbox").fill("Management")
     page.locator(".stop-choice", has_text="Management Building").first.click()
     expect(page.locator(".trip")).to_contain_text("Management Building")
-    expect(page.locator(".trip")).to_contain_text(re.compile(rf"There by {MOMENT}"))
+    expect(page.locator(".trip")).to_contain_text(re.compile(rf"Arrival by {MOMENT}"))
     cancel(page)
 
 
@@ -56,7 +56,7 @@ def test_who_rides_can_get_off_early(open_page: OpenPage, shuttle: ScriptedShutt
     aboard.click()
     page.get_by_role("button", name="Get off at the next stop").click()
     page.get_by_role("dialog").get_by_role("button", name="Get off at the next stop").click()
-    expect(page.get_by_text("You will be let out at the stop below.")).to_be_visible()
+    expect(page.get_by_text("You get off at the stop below.")).to_be_visible()
     shuttle.speed_mps = QUICK_MPS
     off = page.get_by_role("button", name="I’m off")
     expect(off).to_be_enabled(timeout=90_000)

@@ -8,13 +8,21 @@ from rich.console import Console
 
 from campusloop.commands.dispatch.output import JsonPath, refuse, write_json
 from campusloop.studies.dispatch.explanation import Explainer, StoredRideDecision
-from campusloop.studies.dispatch.stored_campus import StoredCampusError, stored_campus
+from campusloop.studies.dispatch.stored_campus import (
+    StoredCampusError,
+    known_databases,
+    stored_campus,
+)
 from server.domain.rides.rides import Ride
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 DatabaseUrl = Annotated[
     str | None,
-    typer.Option("--database", metavar="URL", help="the server's database; default: the configured one"),
+    typer.Option(
+        "--database",
+        metavar="URL",
+        help="the server's database; default: the configured one, or those of a server and a demo here",
+    ),
 ]
 
 
@@ -26,25 +34,34 @@ def explain(
     """Explain the decisions about a ride in plain text."""
     errors = Console(stderr=True)
     try:
-        with stored_campus(database) as uow:
-            found = _ride(uow, ride)
-            if found is None:
-                refuse(
-                    errors,
-                    f"no ride has the code or id {ride}; codes have six characters and are on the "
-                    "passenger's phone, ids are in the console's list of rides",
-                )
-            decisions = [
-                StoredRideDecision(decision, uow.decisions.get(decision.decision_id))
-                for decision in uow.decisions.of_ride(found.ride_id)
-            ]
-            names = {vehicle.vehicle_id: vehicle.name for vehicle in uow.vehicles.all()}
-            explainer = Explainer(uow.network().road_map, names)
+        told = None
+        for url in known_databases(database):
+            with stored_campus(url) as uow:
+                told = told or _explained(uow, ride)
     except StoredCampusError as error:
         refuse(errors, str(error))
-    lines = explainer.lines(found, decisions)
+    if told is None:
+        refuse(
+            errors,
+            f"no ride has the code or id {ride}; codes have six characters and are on the "
+            "passenger's phone, ids are in the console's list of rides",
+        )
+    found, decisions, lines = told
     if json_path is None or not write_json(errors, json_path, _report(found, decisions, lines)):
         Console().print("\n".join(lines), markup=False, highlight=False, soft_wrap=True)
+
+
+def _explained(uow: UnitOfWork, ride: str) -> tuple[Ride, list[StoredRideDecision], list[str]] | None:
+    """The ride, its decisions and the text; None if this database has no such ride."""
+    found = _ride(uow, ride)
+    if found is None:
+        return None
+    decisions = [
+        StoredRideDecision(decision, uow.decisions.get(decision.decision_id))
+        for decision in uow.decisions.of_ride(found.ride_id)
+    ]
+    names = {vehicle.vehicle_id: vehicle.name for vehicle in uow.vehicles.all()}
+    return found, decisions, Explainer(uow.network().road_map, names).lines(found, decisions)
 
 
 def _ride(uow: UnitOfWork, code_or_id: str) -> Ride | None:

@@ -28,6 +28,25 @@ class StoredCampusError(Exception):
     """The database cannot be read; the text says what to do."""
 
 
+# Where `campusloop demo` keeps its campus, below the folder where the server would keep its own.
+_DEMO = "demo"
+
+
+def known_databases(database_url: str | None = None) -> tuple[str | None, ...]:
+    """The databases to look in, as `database_url` of stored_campus.
+
+    The given or the configured one alone; without either, that of a server here and that of the demo here.
+    """
+    try:
+        settings = settings_from(os.environ, database_url=database_url)
+    except SettingsError as error:
+        raise StoredCampusError(str(error)) from error
+    if settings.database_url:
+        return (database_url,)
+    places = [settings.var_dir / "campusloop.db", settings.var_dir / _DEMO / "campusloop.db"]
+    return tuple(f"sqlite:///{path}" for path in places if path.is_file()) or (None,)
+
+
 @contextmanager
 def stored_campus(database_url: str | None = None) -> Iterator[UnitOfWork]:
     """A read-only transaction on the database that `campusloop serve` would use here.

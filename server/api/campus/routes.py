@@ -34,7 +34,13 @@ async def get_campus(services: InjectedServices) -> CampusView:
     def work(uow: UnitOfWork) -> CampusView:
         today = calendars.service_day(uow)
         return campus_view(
-            uow.campus_id, uow.network(), uow.rules, uow.now, calendars.calendar_of(uow), today
+            uow.campus_id,
+            uow.network(),
+            uow.rules,
+            uow.now,
+            calendars.calendar_of(uow),
+            today,
+            uow.vehicles.all(),
         )
 
     return await services.transactions.read(work)

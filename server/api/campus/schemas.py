@@ -1,5 +1,6 @@
 """The campus as pages draw it: metres east (x) and north (y) of the origin."""
 
+from collections.abc import Iterable
 from datetime import datetime
 from typing import Literal
 
@@ -10,6 +11,7 @@ from contract.geometry import Array
 from contract.roads.areas import outline_array
 from contract.roads.model import Building, Lane
 from contract.roads.network import RoadNetwork
+from server.domain.fleet.vehicles import Vehicle
 from server.domain.roads.stops import CampusStop
 from server.domain.rules import FleetRules
 from server.domain.service.service import ServiceCalendar
@@ -48,6 +50,7 @@ class CampusView(BaseModel):
                 "has_timetable": True,
                 "last_run_at": "2026-09-01T10:10:00Z",
                 "seats_max": 6,
+                "wheelchairs_max": 1,
                 "booking_ahead_s_max": 604800.0,
             }
         }
@@ -68,6 +71,7 @@ class CampusView(BaseModel):
     has_timetable: bool
     last_run_at: datetime | None = Field(description="When today's last timetable trip begins.")
     seats_max: int
+    wheelchairs_max: int = Field(description="Wheelchair places of the shuttle that has the most.")
     booking_ahead_s_max: float
 
 
@@ -170,6 +174,7 @@ def campus_view(
     now: datetime,
     calendar: ServiceCalendar,
     today: ServiceDay,
+    vehicles: Iterable[Vehicle],
 ) -> CampusView:
     road_map = network.road_map
     last_run = today.last_run
@@ -190,6 +195,7 @@ def campus_view(
         has_timetable=bool(road_map.timetable),
         last_run_at=None if last_run is None else last_run.calls[0].leave_at,
         seats_max=rules.seats_max,
+        wheelchairs_max=max((vehicle.wheelchair_places for vehicle in vehicles), default=0),
         booking_ahead_s_max=rules.booking_ahead_s_max,
     )
 

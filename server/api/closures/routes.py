@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Depends, Path
 
 from server.api.closures.schemas import (
     ClosureBody,
@@ -12,9 +12,17 @@ from server.api.closures.schemas import (
 )
 from server.api.commands import DispatchCommand
 from server.api.formats import NAME_PATTERN
+from server.api.interventions.schemas import EffectsView, effects_view
 from server.api.paging import ListLimit, Page, microseconds_of, paged
 from server.api.problems import problems
-from server.api.security.access import DRIVER_REFUSALS, READER_REFUSALS, Reader
+from server.api.security.access import (
+    DRIVER_REFUSALS,
+    READER_REFUSALS,
+    Actor,
+    Reader,
+    changing,
+)
+from server.api.security.permissions import DISPATCH
 from server.api.services import InjectedServices
 from server.domain.errors import (
     CampusUnknown,
@@ -26,6 +34,7 @@ from server.domain.errors import (
 )
 from server.usecases.fleet import closures
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.dry_run import roll_back
 
 router = APIRouter(prefix="/closures", tags=["closures"])
 
@@ -63,6 +72,23 @@ async def close_road(body: ClosureBody, command: DispatchCommand) -> ClosureView
         return closure_view(closures.close(uow, closure_request(body), command.by), uow.network())
 
     return await command.transact(ClosureView, work)
+
+
+@router.post(
+    "/previews",
+    operation_id="preview_closure",
+    responses=problems(LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown, *DRIVER_REFUSALS),
+)
+async def preview_closure(
+    body: ClosureBody, services: InjectedServices, actor: Annotated[Actor, Depends(changing(DISPATCH))]
+) -> EffectsView:
+    """The effects that the closure would have. Nothing changes. The closure has these effects if the fleet
+    does not change in between."""
+    effects = await roll_back(
+        services.transactions,
+        lambda uow: closures.close_with_effects(uow, closure_request(body), actor.name),
+    )
+    return effects_view(effects)
 
 
 @router.delete(

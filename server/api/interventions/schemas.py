@@ -61,6 +61,9 @@ class RideEffectView(BaseModel):
     arrival_later_s: float | None
     breaks: bool = Field(description="Its promise cannot be kept any more.")
     waits: bool = Field(description="Its vehicle stands until an operator resumes it.")
+    ends: bool = Field(description="The ride ends: no vehicle can serve it.")
+    to_stop_after: str = Field(description="Where the party gets off; another stop if it is let out early.")
+    postponed_to: datetime | None = Field(description="The new promised pickup, when the road is open again.")
 
 
 class DepartureEffectView(BaseModel):
@@ -98,6 +101,9 @@ class EffectsView(BaseModel):
                         "arrival_later_s": 190.0,
                         "breaks": False,
                         "waits": False,
+                        "ends": False,
+                        "to_stop_after": "gate",
+                        "postponed_to": None,
                     }
                 ],
                 "departures": [],
@@ -138,6 +144,9 @@ def _ride(effect: RideEffect) -> RideEffectView:
         arrival_later_s=effect.arrival_later_s,
         breaks=effect.breaks,
         waits=effect.waits,
+        ends=effect.ends,
+        to_stop_after=effect.to_stop_after,
+        postponed_to=effect.postponed_to,
     )
 
 

@@ -1,4 +1,4 @@
-"""The effects of an operator's intervention on waiting rides, rides aboard and departures."""
+"""The effects of an operator's intervention or road closure on waiting rides, rides aboard and departures."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -32,6 +32,9 @@ class RideEffect:
     vehicle_after   None: the ride is left without a vehicle
     breaks          its promise cannot be kept any more
     waits           its vehicle stands until an operator resumes it, so that no times are known
+    ends            the ride is over: no vehicle can serve it
+    to_stop_after   where the party gets off now
+    postponed_to    the pickup promised anew, for a time when the road is open again
     """
 
     ride_id: str
@@ -48,6 +51,9 @@ class RideEffect:
     arrival_after: datetime | None
     breaks: bool
     waits: bool
+    ends: bool = False
+    to_stop_after: str = ""
+    postponed_to: datetime | None = None
 
     @property
     def pickup_later_s(self) -> float | None:
@@ -105,6 +111,9 @@ def ride_effect(before: Ride, after: Ride, room_s: float, *, waits: bool) -> Rid
         arrival_after=None if waits else after.arrival_eta,
         breaks=_breaks(before, after, timedelta(seconds=room_s)),
         waits=waits,
+        ends=after.has_ended,
+        to_stop_after=after.to_stop,
+        postponed_to=_postponed_to(before, after),
     )
     moved_s = max(abs(effect.pickup_later_s or 0.0), abs(effect.arrival_later_s or 0.0))
     changed = (
@@ -112,9 +121,18 @@ def ride_effect(before: Ride, after: Ride, room_s: float, *, waits: bool) -> Rid
         or moved_s >= _NEWS_S
         or effect.breaks
         or effect.waits
-        or after.has_ended
+        or effect.ends
+        or effect.to_stop_after != effect.to_stop
+        or effect.postponed_to is not None
     )
     return effect if changed else None
+
+
+def _postponed_to(before: Ride, after: Ride) -> datetime | None:
+    if after.has_ended or after.promise is None or before.promise is None or after.vehicle_id is not None:
+        return None
+    is_later = after.promise.pickup_from > before.promise.pickup_from
+    return after.promise.pickup_from if is_later else None
 
 
 def _breaks(before: Ride, after: Ride, room: timedelta) -> bool:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from server.domain.errors import ClosureUnknown, LaneUnknown, SectionUnknown
+from server.domain.rides.effects import Effects
 from server.domain.rides.rides import RideState
 from server.domain.roads.closures import (
     Closure,
@@ -15,6 +16,7 @@ from server.domain.roads.closures import (
 )
 from server.usecases.fleet import detours
 from server.usecases.planning import plans, unreachable_rides
+from server.usecases.planning.effects import effects_since, observe_fleet
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.server_events import record_event
@@ -63,6 +65,16 @@ def close(uow: UnitOfWork, request: CloseRoad, by: str) -> Closure:
     update_closures(uow)
     plans.assign_waiting(uow)
     return uow.closures.get(closure.closure_id) or closure
+
+
+def close_with_effects(uow: UnitOfWork, request: CloseRoad, by: str) -> Effects:
+    """Close a road. Returns the effects on rides and departures; rolled back, it is its own preview.
+
+    Raises LaneUnknown, SectionUnknown, ClosureInvalid, CampusUnknown.
+    """
+    fleet = observe_fleet(uow)
+    close(uow, request, by)
+    return effects_since(uow, fleet)
 
 
 def lift(uow: UnitOfWork, closure_id: str, by: str) -> Closure:

@@ -16,27 +16,20 @@ from server.domain.errors import (
     RideUnknown,
 )
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
-from server.domain.rides.effects import (
-    DepartureEffect,
-    Effects,
-    Intervention,
-    ride_effect,
-)
+from server.domain.rides.effects import Effects, Intervention
 from server.domain.rides.rides import Ride, RideState
-from server.domain.service.timetable import Departure
 from server.usecases.fleet import departures
 from server.usecases.fleet.conditions import with_availability
 from server.usecases.fleet.vehicles import recall
 from server.usecases.planning import plans
 from server.usecases.planning.assign import assign_rides
+from server.usecases.planning.effects import effects_since, observe_fleet
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import active_vehicle, enrolled_vehicle
 from server.usecases.record.refusals import REFUSAL_TEXTS
 from server.usecases.record.server_events import THE_SERVER, record_event
-
-_UNDER_WAY = (RideState.REQUESTED, RideState.ASSIGNED, RideState.BOARDING, RideState.ABOARD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +46,7 @@ def intervene(uow: UnitOfWork, vehicle_id: str, intervention: Intervention, by: 
     Raises VehicleUnknown; for a reassignment also RideUnknown, RideNotAssigned, RideAlreadyAboard, RideEnded,
     ReassignmentRefused, NoRestingPlaceFree.
     """
-    # Expected times may be some seconds old: both sides of the comparison must be current.
-    plans.refresh_expected(uow)
-    rides = uow.rides.in_states(_UNDER_WAY)
-    before = _departures(uow)
+    fleet = observe_fleet(uow)
     stood = enrolled_vehicle(uow, vehicle_id).held
     command = None
     match intervention.kind:
@@ -66,10 +56,9 @@ def intervene(uow: UnitOfWork, vehicle_id: str, intervention: Intervention, by: 
             recall(uow, vehicle_id, by)
         case "reassign":
             reassign(uow, vehicle_id, by, intervention.ride_id, intervention.to_vehicle_id)
-    plans.refresh_expected(uow)
     after = enrolled_vehicle(uow, vehicle_id)
     stands = after.held and after.hold_ends is None and not stood
-    return InterventionResult(_effects(uow, rides, before, vehicle_id if stands else ""), command)
+    return InterventionResult(effects_since(uow, fleet, vehicle_id if stands else ""), command)
 
 
 def hold(uow: UnitOfWork, vehicle_id: str, by: str, for_s: float | None = None) -> VehicleCommand:
@@ -183,46 +172,3 @@ def _try_to_give(uow: UnitOfWork, waiting: Sequence[Ride], to: set[str], *, in_t
         taken = answer.ride if in_time else plans.save_late_promise(uow, ride, answer.ride)
         uow.rides.save(replace(taken, pinned=True))
     return left
-
-
-def _departures(uow: UnitOfWork) -> dict[str, tuple[Departure, float]]:
-    """Those not done with how late each is at its next call, as planned; by id, in order of first call."""
-    late_s: dict[str, float] = {}
-    for plan in uow.plans.all():
-        for visit in plan.visits:
-            if visit.departure_id and visit.eta is not None and visit.not_before is not None:
-                late = (visit.eta + timedelta(seconds=visit.dwell_s) - visit.not_before).total_seconds()
-                late_s.setdefault(visit.departure_id, max(0.0, late))
-    return {d.departure_id: (d, late_s.get(d.departure_id, 0.0)) for d in uow.departures.unfinished()}
-
-
-def _effects(
-    uow: UnitOfWork,
-    rides: Sequence[Ride],
-    departures_before: dict[str, tuple[Departure, float]],
-    standing: str,
-) -> Effects:
-    """standing: the vehicle that the intervention holds until it is resumed, "" for none."""
-    ride_effects = []
-    for before in rides:
-        after = uow.rides.get(before.ride_id) or before
-        waits = not after.has_ended and after.vehicle_id == standing
-        effect = ride_effect(before, after, uow.rules.promise_lapse_s, waits=waits)
-        if effect is not None:
-            ride_effects.append(effect)
-    now = _departures(uow)
-    departure_effects = []
-    for departure_id, (departure, late_before_s) in departures_before.items():
-        # A departure that was given up has no vehicle, and is not late any more.
-        after_one, late_after_s = now.get(departure_id, (replace(departure, vehicle_id=None), 0.0))
-        departure_effects.append(
-            DepartureEffect(
-                departure_id,
-                vehicle_before=departure.vehicle_id,
-                vehicle_after=after_one.vehicle_id,
-                late_before_s=late_before_s,
-                late_after_s=late_after_s,
-                waits=after_one.vehicle_id == standing,
-            )
-        )
-    return Effects(tuple(ride_effects), tuple(effect for effect in departure_effects if effect.is_news))

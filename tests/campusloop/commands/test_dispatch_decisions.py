@@ -1,6 +1,7 @@
 """`campusloop dispatch explain` and `replay` on a database as a server leaves it."""
 
 import json
+import shutil
 from datetime import timedelta
 from pathlib import Path
 
@@ -73,6 +74,18 @@ def test_a_ride_is_explained_by_code_as_by_id(database: str) -> None:
     assert "got it: pickup" in output
     assert "s worse." in output or "No other shuttle could" in output
     assert invoked("explain", ride.ride_id, "--database", database) == (0, output)
+
+
+def test_the_database_of_a_demo_here_is_found_without_its_name(
+    database: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "var" / "demo").mkdir(parents=True)
+    shutil.copy(database.removeprefix("sqlite:///"), tmp_path / "var" / "demo" / "campusloop.db")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("CAMPUSLOOP_DATABASE_URL", raising=False)
+    monkeypatch.delenv("CAMPUSLOOP_VAR_DIR", raising=False)
+    ride = rides_of(database)[0]
+    assert invoked("explain", ride.ride_code) == invoked("explain", ride.ride_code, "--database", database)
 
 
 def test_who_was_not_asked_is_named(database: str) -> None:

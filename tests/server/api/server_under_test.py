@@ -115,6 +115,10 @@ class ServerUnderTest:
     def request(self, method: str, path: str, **options: Any) -> httpx.Response:
         return self.run(self.client.request(method, f"/api/v1{path}", **options))
 
+    def raw(self, method: str, path: str, **options: Any) -> httpx.Response:
+        """A path outside of the API."""
+        return self.run(self.client.request(method, path, **options))
+
     def get(self, path: str, **options: Any) -> httpx.Response:
         return self.request("GET", path, **options)
 

@@ -129,6 +129,22 @@ def test_a_passenger_sees_the_own_ride_and_its_shuttle_alone() -> None:
     assert viewer.next_message(board, 2) is None
 
 
+def test_a_shuttle_that_stands_is_told_once_a_second_and_at_once_when_anything_changes() -> None:
+    board, viewer = a_board(), Viewer(RideScope("ride-1"))
+
+    def report(heard_ms: int, x_m: float = 0.0, **changes: object) -> object:
+        vehicle = a_vehicle("shuttle-1", x_m, **({"speed_mps": 0.0} | changes))
+        board.put_vehicle(msgspec.structs.replace(vehicle, heard_ms=heard_ms))
+        return viewer.next_message(board, heard_ms)
+
+    assert isinstance(report(1_000), Snapshot)
+    assert [report(at_ms, 0.02) for at_ms in (1_200, 1_400, 1_999)] == [None] * 3
+    assert delta(report(2_000, 0.02)).vehicles[0].heard_ms == 2_000
+    assert report(2_200, 0.02) is None
+    assert delta(report(2_400, 0.02, doors_open=True)).vehicles
+    assert delta(report(2_600, 0.5, doors_open=True)).vehicles
+
+
 def test_a_passenger_learns_nothing_else_that_a_shuttle_reports() -> None:
     """A new field of the status is not sent to passengers by default."""
     reported = Status(

@@ -68,7 +68,9 @@ export function may(...roles: readonly Role[]): boolean {
 
 /** After a reload the session's cookie may still be valid; the page cannot read it, so it asks the server. */
 export async function restoreSession(): Promise<void> {
-  if (localStorage.getItem(SIGNED_IN) === null) {
+  // `campusloop view` signs its page in and says so in the address.
+  const is_signed_in = new URLSearchParams(location.search).has("signed-in");
+  if (localStorage.getItem(SIGNED_IN) === null && !is_signed_in) {
     setSession(null);
     return;
   }

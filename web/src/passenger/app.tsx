@@ -5,6 +5,7 @@ import { Alert, Loading, ProblemAlert } from "../shared/ui/alerts";
 import { Logo } from "../shared/ui/icons";
 import { LanguageSwitch } from "../shared/ui/language_switch";
 import { BookingPanel } from "./booking/booking_panel";
+import { OfflineNotice } from "./offline";
 import { address, goTo } from "./navigation";
 import { MapArea } from "./map/map_area";
 import { HelpButton, HelpReceipt } from "./ride/help_call";
@@ -63,6 +64,7 @@ function Page({ campus }: { readonly campus: Campus }) {
     <div class={`page view-${shown.view}`}>
       <MapArea campus={campus} />
       <div class="panel" id="panel" tabIndex={-1}>
+        <OfflineNotice timezone={campus.view.timezone} />
         {ride !== null && <HelpReceipt ride={ride} timezone={campus.view.timezone} />}
         {ride !== null ? (
           <RidePanel ride={ride} campus={campus} />
@@ -86,6 +88,7 @@ function BrokenLink() {
   const t = texts.value;
   return (
     <section class="ride">
+      <h1>{t.link_broken_title}</h1>
       <Alert tone="warning">{t.link_broken}</Alert>
       <button type="button" class="button main" onClick={() => goTo({ view: "find", code: "" })}>
         {t.have_code}

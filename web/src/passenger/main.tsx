@@ -4,8 +4,10 @@ import "../shared/ui/theme.css";
 import "../shared/ui/controls.css";
 import "./passenger.css";
 import { App } from "./app";
+import { keepForOffline } from "./offline";
 import { deliverKeptCancels } from "./ride/ride_tracker";
 
+keepForOffline();
 void loadCampus();
 deliverKeptCancels();
 render(<App />, document.getElementById("app")!);

@@ -2,7 +2,10 @@
 
 import pytest
 
+from tests.server.api.rides.test_rides import book, campus
 from tests.server.api.server_under_test import ServerUnderTest
+
+__all__ = ["campus"]
 
 WISH = {"lane_ids": ["east-4"], "reason": "water main", "ends_at": "2026-09-02T08:00:00Z"}
 
@@ -63,3 +66,26 @@ def test_only_operators_close_and_see_closures(server: ServerUnderTest) -> None:
     assert close(server, WISH, {})[0] == 401
     unknown = server.request("DELETE", "/closures/closure-0", headers=server.sign_in())
     assert (unknown.status_code, unknown.json()["code"]) == (404, "closure_unknown")
+
+
+def test_a_preview_tells_which_rides_end_and_changes_nothing(campus: ServerUnderTest) -> None:
+    ride = book(campus)
+    headers = campus.sign_in()
+    lanes = [lane["lane_id"] for lane in campus.get("/campus/map").json()["lanes"]]
+    body = {"lane_ids": lanes}
+    previewed = campus.post("/closures/previews", body, headers=headers)
+    assert previewed.status_code == 200, previewed.text
+    (effect,) = previewed.json()["rides"]
+    assert (effect["ride_code"], effect["ends"], effect["vehicle_after"]) == (ride["ride_code"], True, None)
+    assert campus.get("/closures").json() == []
+    assert campus.get(f"/rides/{ride['token']}").json()["state"] == "assigned"
+    assert campus.post("/closures", body, headers=headers).status_code == 201
+    assert campus.get(f"/rides/{ride['token']}").json()["state"] == "failed"
+
+
+def test_a_preview_is_refused_as_the_closure_would_be(
+    server: ServerUnderTest, operator: dict[str, str]
+) -> None:
+    for body, status in (({"lane_ids": ["nowhere"]}, 404), ({}, 400)):
+        assert server.request("POST", "/closures/previews", json=body, headers=operator).status_code == status
+    assert server.request("POST", "/closures/previews", json=WISH).status_code in (401, 403)

@@ -129,3 +129,13 @@ def test_of_a_departure_its_vehicle_its_lateness_and_its_standing_are_news(
 ) -> None:
     shown = DepartureEffect("first", "shuttle-1", vehicle_after, late_before_s, late_after_s, waits)
     assert shown.is_news is news
+
+
+def test_a_ride_that_ends_is_put_off_or_gets_off_elsewhere_is_shown_as_that() -> None:
+    over = shown(state=RideState.FAILED)
+    assert (over.ends, over.vehicle_after) == (True, None)
+    assert shown(ABOARD, to_stop="c").to_stop_after == "c"
+    later = replace(PROMISE, pickup_from=minutes(65), pickup_to=minutes(70), arrive_by=minutes(80))
+    put_off = shown(state=RideState.REQUESTED, vehicle_id=None, promise=later)
+    assert (put_off.ends, put_off.postponed_to) == (False, minutes(65))
+    assert shown(vehicle_id="shuttle-2", promise=later).postponed_to is None

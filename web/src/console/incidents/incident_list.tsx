@@ -4,10 +4,12 @@ import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { goTo } from "../navigation";
-import { link, may } from "../session";
+import { may } from "../session";
 import { incidents } from "../store/incidents";
+import { rideCode, vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatTimeOrDateTime } from "../texts/times";
+import { incidentText } from "./incident_text";
 
 type Incident = Schemas["IncidentView"];
 
@@ -41,6 +43,8 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
     problem.value = result.ok ? null : result.problem;
     await incidents.refresh();
   };
+  const { cause, action, report } = incidentText(incident);
+  const code = incident.ride_id === null ? "" : rideCode(incident.ride_id);
   const severity = incident.priority === 0 ? "help" : incident.priority < 30 ? "severe" : "";
   return (
     <article
@@ -51,7 +55,14 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
         <h3>{t.kinds[incident.kind]}</h3>
         <time>{formatTimeOrDateTime(incident.opened_at)}</time>
       </header>
-      {incident.cause !== "" && <p>{incident.cause}</p>}
+      <p>{cause}</p>
+      {is_open && <p class="incident-action">{action}</p>}
+      {report !== "" && (
+        <details>
+          <summary>{t.report}</summary>
+          <p>{report}</p>
+        </details>
+      )}
       <p class="incident-facts">
         {incident.vehicle_id !== null && (
           <button
@@ -59,12 +70,12 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
             class="plain-link"
             onClick={() => goTo("live", incident.vehicle_id!)}
           >
-            {incident.vehicle_id}
+            {vehicleName(incident.vehicle_id)}
           </button>
         )}
-        {incident.ride_id !== null && (
+        {code !== "" && (
           <span>
-            {t.ride} {rideCode(incident.ride_id)}
+            {t.ride} {code}
           </span>
         )}
         {incident.acknowledged_by !== "" && <span>{t.seen_by(incident.acknowledged_by)}</span>}
@@ -85,9 +96,4 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
     </article>
   );
-}
-
-function rideCode(ride_id: string): string {
-  const rides = link.value?.scene.value?.rides ?? [];
-  return rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? ride_id;
 }

@@ -1,7 +1,8 @@
 import type { Schemas } from "../../shared/api/client";
-import type { Scene } from "../../shared/scene/scene";
+import type { VehicleScene } from "../../shared/scene/scene";
 import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
+import { formatTimeOrDateTime } from "../texts/times";
 import { delayMinutes } from "./delay";
 
 type RideEffect = Schemas["RideEffectView"];
@@ -9,16 +10,14 @@ type DepartureEffect = Schemas["DepartureEffectView"];
 
 interface EffectListProps {
   readonly effects: Schemas["EffectsView"];
-  readonly scene: Scene;
+  readonly vehicles: readonly VehicleScene[];
 }
 
-/** The rides and departures that an intervention changes: their new shuttle, their delay, or no shuttle at all. */
-export function EffectList({ effects, scene }: EffectListProps) {
+/** The rides and departures that an intervention or a closure changes, and how. */
+export function EffectList({ effects, vehicles }: EffectListProps) {
   const t = texts.value;
   const name = (vehicle_id: string | null) =>
-    scene.vehicles.find((vehicle) => vehicle.vehicle_id === vehicle_id)?.facts.name ??
-    vehicle_id ??
-    "";
+    vehicles.find((vehicle) => vehicle.vehicle_id === vehicle_id)?.facts.name ?? vehicle_id ?? "";
   if (effects.rides.length === 0 && effects.departures.length === 0)
     return <p class="hint">{t.no_effects}</p>;
   return (
@@ -43,7 +42,7 @@ export function EffectList({ effects, scene }: EffectListProps) {
       {effects.departures.map((effect) => (
         <li key={effect.departure_id} data-effect={effect.departure_id}>
           <span>
-            {effect.departure_id}
+            {effect.departure_id.split("@")[0]}
             <small>{t.departure}</small>
           </span>
           <span class={effect.vehicle_after === null ? "chip danger" : "chip"}>
@@ -56,17 +55,21 @@ export function EffectList({ effects, scene }: EffectListProps) {
 }
 
 const isHarmful = (effect: RideEffect) =>
-  effect.breaks || effect.waits || effect.vehicle_after === null;
+  effect.ends || effect.breaks || effect.waits || effect.vehicle_after === null;
 
 function rideEffectTexts(
   effect: RideEffect,
   name: (vehicle_id: string | null) => string,
 ): string[] {
   const t = texts.value;
+  if (effect.ends) return [t.ride_ends];
+  if (effect.postponed_to !== null) return [t.put_off(formatTimeOrDateTime(effect.postponed_to))];
   if (effect.vehicle_after === null) return [t.no_vehicle];
   const effect_texts: string[] = [];
   if (effect.vehicle_after !== effect.vehicle_before)
     effect_texts.push(t.moves_to(name(effect.vehicle_after)));
+  if (effect.to_stop_after !== effect.to_stop)
+    effect_texts.push(t.gets_off_at(stopName(effect.to_stop_after)));
   if (effect.waits) effect_texts.push(t.waits_until_resumed);
   if (effect.pickup_later_s !== null)
     effect_texts.push(t.pickup_shift(delayMinutes(effect.pickup_later_s)));

@@ -106,7 +106,7 @@ export function InterventionDialog({
       <h3>{t.preview}</h3>
       {preview.problem.value !== null && <ProblemAlert problem={preview.problem.value} />}
       {effects === null && preview.problem.value === null && <Loading text={t.loading} />}
-      {effects !== null && <EffectList effects={effects} scene={scene} />}
+      {effects !== null && <EffectList effects={effects} vehicles={scene.vehicles} />}
       <div class="dialog-buttons">
         <button type="button" class="button" onClick={onClose}>
           {t.cancel}

@@ -4,6 +4,7 @@ import type { Campus } from "../../shared/campus/campus";
 import { monotonic_ms } from "../../shared/live/clock";
 import type { Scene } from "../../shared/scene/scene";
 import { Alert, Loading } from "../../shared/ui/alerts";
+import { VehicleList } from "../fleet/vehicle_list";
 import { IncidentList } from "../incidents/incident_list";
 import { SceneMap } from "../map/scene_map";
 import { address, goTo } from "../navigation";
@@ -12,7 +13,6 @@ import { closures } from "../store/closures";
 import { incidents } from "../store/incidents";
 import { texts } from "../texts/texts";
 import { VehiclePanel } from "../vehicles/vehicle_panel";
-import { VehicleList } from "./vehicle_list";
 
 const INCIDENTS_SHOWN = 4;
 
@@ -24,6 +24,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
   }, []);
   return (
     <div class={is_stale.value ? "live stale" : "live"} data-stale={is_stale.value || undefined}>
+      <h1 class="visually-hidden">{texts.value.live}</h1>
       <SceneMap
         campus={campus}
         scene={scene.value}

@@ -2,12 +2,12 @@ import { useMemo } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
 import type { Campus } from "../../shared/campus/campus";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
-import { pointsOf } from "../../shared/campus/campus_geometry";
 import { CampusMap } from "../../shared/map/campus_map";
 import type { MapContent } from "../../shared/map/map_content";
 import { prefersReducedMotion } from "../../shared/map/reduced_motion";
 import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
+import { closedLines } from "../closures/closed_lines";
 import { texts } from "../texts/texts";
 import { drivingLayer } from "./driving_layer";
 
@@ -42,9 +42,7 @@ export function SceneMap({
     pickup: "",
     destination: "",
     selected_vehicle,
-    closed_roads: closures
-      .filter((closure) => closure.state === "in_force")
-      .flatMap((closure) => closure.lines.map(pointsOf)),
+    closed_roads: closedLines(closures),
     language: language.value,
     interpolate: interpolate && !prefersReducedMotion.value,
     ...(scene === null

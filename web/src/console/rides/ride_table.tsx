@@ -2,6 +2,7 @@ import type { Schemas } from "../../shared/api/client";
 import { hasEnded } from "../../shared/scene/scene";
 import { goTo } from "../navigation";
 import { stopName } from "../texts/stop_names";
+import { vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatTimeOrDateTime } from "../texts/times";
 import { CancelRideButton } from "./cancel_ride_button";
@@ -48,9 +49,7 @@ function RideRow({ ride }: { readonly ride: Ride }) {
       </th>
       <td data-label={t.state}>
         <span class={`chip ${toneOf(ride)}`}>{t.states[ride.state]}</span>
-        {ride.reason !== "" && (
-          <small title={ride.reason_detail}>{t.reasons[ride.reason] ?? ride.reason}</small>
-        )}
+        {t.reasons[ride.reason] !== undefined && <small>{t.reasons[ride.reason]}</small>}
       </td>
       <td data-label={t.trip}>
         {stopName(ride.from_stop)} – {stopName(ride.to_stop)}
@@ -61,7 +60,7 @@ function RideRow({ ride }: { readonly ride: Ride }) {
       <td data-label={t.vehicle}>
         {ride.vehicle_id !== null && (
           <button type="button" class="plain-link" onClick={() => goTo("live", ride.vehicle_id!)}>
-            {ride.vehicle_id}
+            {vehicleName(ride.vehicle_id)}
           </button>
         )}
       </td>

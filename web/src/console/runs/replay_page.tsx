@@ -46,7 +46,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
             </button>
           </header>
           <div class="row-head">
-            <h2>{vehicle?.facts.name ?? vehicle_id}</h2>
+            <h1>{vehicle?.facts.name ?? vehicle_id}</h1>
             {vehicle !== undefined && <ConditionChip vehicle={vehicle} />}
           </div>
           <p class="hint">

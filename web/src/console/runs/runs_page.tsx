@@ -3,6 +3,7 @@ import type { Schemas } from "../../shared/api/client";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { fragmentOf } from "../address";
 import { runs } from "../store/runs";
+import { vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
 
@@ -50,7 +51,7 @@ function RunRow({ run }: { readonly run: Schemas["RunView"] }) {
   const bytes = run.segments.reduce((sum, segment) => sum + segment.size_bytes, 0);
   return (
     <tr>
-      <th scope="row">{run.vehicle_id}</th>
+      <th scope="row">{vehicleName(run.vehicle_id)}</th>
       <td data-label={t.started}>{formatDateTime(run.started_at)}</td>
       <td data-label={t.length}>
         {run.segments.length === 0 ? "–" : durationText(run.duration_s)}

@@ -1,11 +1,11 @@
 import { useEffect } from "preact/hooks";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { ClosureList } from "../closures/closure_list";
 import { closures } from "../store/closures";
 import { activeSeries } from "../store/series";
 import { service, timetable } from "../store/service";
 import { texts } from "../texts/texts";
 import { CalendarList } from "./calendar_list";
-import { ClosureList } from "./closure_list";
 import { ExceptionList } from "./exception_list";
 import { SeriesList } from "./series_list";
 import { TripList } from "./trip_list";

@@ -2,6 +2,7 @@ import type { Schemas } from "../../shared/api/client";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { timetable } from "../store/service";
 import { stopName } from "../texts/stop_names";
+import { vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatDate, formatTime } from "../texts/times";
 
@@ -65,7 +66,7 @@ function TripRow({ trip }: { readonly trip: Schemas["TripView"] }) {
           {t.trip_states[trip.state]}
         </span>
       </td>
-      <td data-label={t.vehicle}>{trip.vehicle_id}</td>
+      <td data-label={t.vehicle}>{trip.vehicle_id !== null && vehicleName(trip.vehicle_id)}</td>
     </tr>
   );
 }

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { textEntries } from "../../shared/texts/text_entries";
+import { hardTexts, textEntries } from "../../shared/texts/text_entries";
 import { en } from "./texts_en";
 import { zh } from "./texts_zh";
 
@@ -18,4 +18,8 @@ test("no Chinese text is the English one", () => {
   const texts = new Map(english);
   const same = chinese.filter(([key, text]) => texts.get(key) === text && !SAME.has(key));
   expect(same).toEqual([]);
+});
+
+test("English texts have short sentences and plain words", () => {
+  expect(hardTexts(en)).toEqual([]);
 });

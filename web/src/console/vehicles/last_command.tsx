@@ -1,4 +1,5 @@
 import type { VehicleScene } from "../../shared/scene/scene";
+import { withNames } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatTimeWithSeconds } from "../texts/times";
 
@@ -14,7 +15,7 @@ export function LastCommand({ command }: { readonly command: VehicleScene["comma
   return (
     <p class={`last-command ${command.state}`}>
       {given} <strong>{t.command_states[command.state]}</strong>
-      {command.state === "failed" && command.detail !== "" && `: ${command.detail}`}
+      {command.state === "failed" && command.detail !== "" && `: ${withNames(command.detail)}`}
     </p>
   );
 }

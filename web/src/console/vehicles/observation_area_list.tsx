@@ -1,6 +1,7 @@
 import type { AreaObservation } from "../../shared/scene/observation_areas";
 import { areaObservations } from "../../shared/scene/observation_areas";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
+import { areaName } from "../texts/names";
 import { texts } from "../texts/texts";
 
 interface ObservationAreaListProps {
@@ -20,7 +21,7 @@ export function ObservationAreaList({ vehicle, scene, now_ms }: ObservationAreaL
       <ul>
         {shown.map((area) => (
           <li key={area.area_id} class={area.seen_by_vehicle ? "seen" : area.state}>
-            <strong>{area.area_id}</strong> {areaText(area)}
+            <strong>{areaName(area.area_id)}</strong> {areaText(area)}
           </li>
         ))}
       </ul>

@@ -1,5 +1,6 @@
 import { modeOf, type Scene, type VehicleScene } from "../../shared/scene/scene";
 import { stopName } from "../texts/stop_names";
+import { roadNameById, withNames } from "../texts/names";
 import { texts } from "../texts/texts";
 import { HmiOutput } from "./hmi_output";
 import { ObservationAreaList } from "./observation_area_list";
@@ -17,24 +18,27 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
   const age_s = Math.max(0, Math.round((now_ms - vehicle.heard_ms) / 1000));
   const { facts, task, status } = vehicle;
   const aboard = (status?.aboard ?? []).map(
-    (ride_id) => scene.rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? ride_id,
+    (ride_id) => scene.rides.find((ride) => ride.ride_id === ride_id)?.ride_code ?? "",
   );
   const next = task.next_stop === "" ? t.to_resting_place : stopName(task.next_stop);
   const held = holdText(vehicle);
   const obstacle_m = status?.obstacle_m ?? null;
   const rows: readonly (readonly [string, string])[] = [
-    [t.speed, t.kmh(((status?.speed_mps ?? 0) * 3.6).toFixed(1))],
+    [t.speed, status === null ? t.unknown : t.kmh((status.speed_mps * 3.6).toFixed(1))],
     [t.mode, t.modes[modeOf(vehicle)]],
     ...(held === "" ? [] : [[t.held_because, held] as const]),
-    [t.battery, `${((status?.battery_ratio ?? 0) * 100).toFixed(0)} %`],
+    [t.battery, batteryText(status)],
     [t.last_heard, vehicle.heard_ms === 0 ? t.never : t.ago(age_s)],
-    [t.doors, status?.doors_open === true ? t.doors_open : t.doors_closed],
+    [t.doors, status === null ? t.unknown : status.doors_open ? t.doors_open : t.doors_closed],
     [t.next_stop, next],
-    [t.aboard, [t.seats_taken(task.people_aboard, facts.seats), ...aboard].join(" · ")],
+    [
+      t.aboard,
+      [t.seats_taken(task.people_aboard, facts.seats), ...aboard].filter(Boolean).join(" · "),
+    ],
     ...signalRows(vehicle),
     [t.obstacle, obstacle_m === null ? t.none : t.metres(obstacle_m.toFixed(1))],
     [t.limited_by, speedLimitText(vehicle)],
-    [t.waits_for_section, status?.waiting_for || t.none],
+    [t.waits_for_section, status?.waiting_for ? roadNameById(status.waiting_for) : t.none],
   ];
   return (
     <>
@@ -46,10 +50,6 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
             <dd>{value}</dd>
           </div>
         ))}
-        <div class="long">
-          <dt>{t.order}</dt>
-          <dd>{status?.order_id || t.none}</dd>
-        </div>
       </dl>
       <ObservationAreaList vehicle={vehicle} scene={scene} now_ms={now_ms} />
       {status !== null && status.faults.length > 0 && (
@@ -62,6 +62,12 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
       )}
     </>
   );
+}
+
+/** A vehicle that does not measure its battery reports 0. */
+export function batteryText(status: VehicleScene["status"]): string {
+  if (status === null || status.battery_ratio <= 0) return texts.value.unknown;
+  return `${(status.battery_ratio * 100).toFixed(0)} %`;
 }
 
 /** What keeps the shuttle from going faster, as text. */
@@ -89,5 +95,5 @@ function holdText(vehicle: VehicleScene): string {
   const { hold_reason = null, hold_detail = "" } = vehicle.status ?? {};
   if (hold_reason === null) return "";
   const reason = texts.value.hold_reasons[hold_reason];
-  return hold_detail === "" ? reason : `${reason}: ${hold_detail}`;
+  return hold_detail === "" ? reason : `${reason}: ${withNames(hold_detail)}`;
 }

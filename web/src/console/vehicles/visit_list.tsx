@@ -1,7 +1,7 @@
 import type { VehicleScene } from "../../shared/scene/scene";
 import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
-import { formatTime } from "../texts/times";
+import { formatTime, formatTimeOrDateTime } from "../texts/times";
 
 /** The visits of the shuttle's plan that are not done. */
 export function VisitList({ vehicle }: { readonly vehicle: VehicleScene }) {
@@ -29,7 +29,7 @@ export function VisitList({ vehicle }: { readonly vehicle: VehicleScene }) {
               {visit.boarding > 0 && t.boards(visit.boarding)}{" "}
               {visit.alighting > 0 && t.alights(visit.alighting)}
             </span>
-            <time>{visit.eta_ms === 0 ? "" : formatTime(visit.eta_ms)}</time>
+            <time>{visit.eta_ms === 0 ? "" : formatTimeOrDateTime(visit.eta_ms)}</time>
           </li>
         ))}
       </ol>

@@ -1,10 +1,10 @@
-import { useSignal } from "@preact/signals";
+import { signal, useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import type { Problem } from "../../shared/api/problem";
 import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
-import { ProblemAlert } from "../../shared/ui/alerts";
+import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { DestinationIcon, PickupIcon, SwapIcon } from "../../shared/ui/icons";
 import { Stepper } from "../../shared/ui/stepper";
 import { goTo } from "../navigation";
@@ -17,7 +17,9 @@ import {
   bookRide,
   canBook,
   chooseStop,
+  currentTrip,
   destination,
+  fillTrip,
   mayWalk,
   party,
   pickup,
@@ -26,6 +28,11 @@ import {
   wheelchairs,
 } from "./ride_request";
 import { bookSeries, isRecurring, isSeriesRequestValid } from "./series_request";
+import { LastTripList } from "./last_trip_list";
+import type { LastTrip } from "./last_trips";
+import { rememberTrip } from "./last_trips";
+import { fillFromLink } from "./link_request";
+import { QuickStops } from "./quick_stops";
 import { ServiceAlert } from "./service_alert";
 import { StopPicker } from "./stop_picker";
 
@@ -33,6 +40,7 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
   const open_picker = useSignal<RideEnd | null>(null);
   // Where the focus goes when the list of stops has closed: it would fall to the page's beginning.
   const next_focus = useSignal<RideEnd | null>(null);
+  useEffect(() => readLink(campus), []);
   if (open_picker.value !== null)
     return (
       <StopPicker
@@ -67,6 +75,15 @@ export function BookingPanel({ campus }: { readonly campus: Campus }) {
   );
 }
 
+const missing_stop = signal(false);
+let is_link_read = false;
+
+/** Once for each visit: what the passenger changes afterwards is theirs. */
+function readLink(campus: Campus): void {
+  if (!is_link_read) missing_stop.value = fillFromLink(location.search, campus.stops);
+  is_link_read = true;
+}
+
 interface BookingFormProps {
   readonly campus: Campus;
   /** The field that gets the focus when the form appears. */
@@ -78,7 +95,7 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
   const busy = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
-  const { timezone, seats_max } = campus.view;
+  const { timezone, seats_max, wheelchairs_max } = campus.view;
   const is_ready =
     canBook.value &&
     (isRecurring.value ? isSeriesRequestValid(timezone) : isPickupTimeValid(timezone));
@@ -89,12 +106,24 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
     problem.value = await (isRecurring.value ? submitSeries() : submitRide(timezone));
     busy.value = false;
   };
+  const again = async (trip: LastTrip) => {
+    fillTrip(trip);
+    busy.value = true;
+    problem.value = null;
+    problem.value = await submitRide(timezone);
+    busy.value = false;
+  };
   return (
     <form class="booking" onSubmit={(event) => void submit(event)}>
       <h1>{t.book_title}</h1>
       <CurrentRideAlert />
       <ServiceAlert campus={campus} />
+      {missing_stop.value && <Alert tone="warning">{t.link_stop_missing}</Alert>}
+      {!canBook.value && (
+        <LastTripList campus={campus} disabled={busy.value} onBook={(trip) => void again(trip)} />
+      )}
       <StopFields campus={campus} focus={focus} onPick={onPick} />
+      <QuickStops campus={campus} />
       <div class="field-pair">
         <Stepper
           label={t.people}
@@ -109,7 +138,7 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
           label={t.wheelchairs}
           value={wheelchairs.value}
           min={0}
-          max={party.value}
+          max={Math.min(party.value, wheelchairs_max)}
           fewer={t.fewer}
           more={t.more}
           onChange={(count) => {
@@ -117,6 +146,9 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
           }}
         />
       </div>
+      {party.value > wheelchairs_max && wheelchairs.value === wheelchairs_max && (
+        <p class="hint">{t.wheelchair_places(wheelchairs_max)}</p>
+      )}
       <PickupTimeField view={campus.view} />
       {!isRecurring.value && (
         <label class="walk-option">
@@ -131,7 +163,7 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
         </label>
       )}
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
-      <div class="book-bar">
+      <div class={canBook.value ? "book-bar" : "book-bar waiting"}>
         <button class="button main large wide" disabled={!is_ready || busy.value}>
           {busy.value
             ? t.booking
@@ -166,8 +198,10 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
 }
 
 async function submitRide(timezone: string): Promise<Problem | null> {
+  const trip = currentTrip();
   const result = await bookRide(timezone);
   if (!result.ok) return result.problem;
+  if (result.value.state !== "refused") rememberTrip(trip);
   if (result.value.state !== "refused") storeRideToken(result.value.token);
   goTo({ view: "ride", token: result.value.token });
   return null;

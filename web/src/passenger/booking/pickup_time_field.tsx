@@ -15,6 +15,8 @@ import {
   weekdays,
 } from "./series_request";
 
+/** What is mostly meant by "later". */
+const SOON_MIN = [15, 30, 60];
 const DEFAULT_DELAY_MS = 15 * 60_000;
 const PAST_MS_MAX = 60_000;
 const WEEK = [0, 1, 2, 3, 4, 5, 6];
@@ -81,6 +83,20 @@ function LaterTimeField({ view }: CampusViewProps) {
   useEffect(() => field.current?.scrollIntoView({ block: "center" }), []);
   return (
     <div class="field" ref={field}>
+      <div class="soon">
+        {SOON_MIN.map((minutes) => (
+          <button
+            key={minutes}
+            type="button"
+            class="button small"
+            onClick={() => {
+              earliest.value = input(Date.now() + minutes * 60_000);
+            }}
+          >
+            {t.in_min(minutes)}
+          </button>
+        ))}
+      </div>
       <label for={id}>{t.earliest_pickup}</label>
       <input
         id={id}

@@ -3,6 +3,7 @@ import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Result } from "../../shared/api/problem";
 import { fromLocalInput } from "../../shared/texts/times";
+import type { LastTrip } from "./last_trips";
 
 export type RideEnd = "pickup" | "destination";
 
@@ -44,6 +45,28 @@ export function setParty(people: number): void {
   batch(() => {
     party.value = people;
     wheelchairs.value = Math.min(wheelchairs.value, people);
+  });
+}
+
+/** The trip that the form holds, without its time. */
+export function currentTrip(): LastTrip {
+  return {
+    from: pickup.value,
+    to: destination.value,
+    party: party.value,
+    wheelchairs: wheelchairs.value,
+  };
+}
+
+/** An earlier trip, for now. */
+export function fillTrip(trip: LastTrip): void {
+  batch(() => {
+    pickup.value = trip.from;
+    destination.value = trip.to;
+    party.value = trip.party;
+    wheelchairs.value = trip.wheelchairs;
+    earliest.value = "";
+    mayWalk.value = false;
   });
 }
 

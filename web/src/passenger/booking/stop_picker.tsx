@@ -34,7 +34,7 @@ export function StopPicker(props: StopPickerProps) {
           <BackIcon />
           {t.back}
         </button>
-        <h2>{title}</h2>
+        <h1>{title}</h1>
       </header>
       <form
         role="search"

@@ -1,16 +1,24 @@
-import { batch } from "@preact/signals";
+import { batch, useSignal } from "@preact/signals";
 import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
 import { language } from "../../shared/texts/language";
 import { formatTimeOrDateTime, toLocalInput } from "../../shared/texts/times";
-import { destination, earliest, party, pickup, wheelchairs } from "../booking/ride_request";
+import {
+  bookRide,
+  destination,
+  earliest,
+  party,
+  pickup,
+  wheelchairs,
+} from "../booking/ride_request";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
+import { storeRideToken } from "../token_storage";
 import type { Ticket } from "./ride_tracker";
 
 type Alternative = Ticket["alternatives"][number];
 
-/** Rides that the server offers instead of a refused one. A tap fills in the booking form and reserves nothing. */
+/** Rides that the server offers instead of a refused one. A tap books one. For two shuttles it fills in the first half. */
 export function AlternativeList({
   ticket,
   campus,
@@ -18,7 +26,24 @@ export function AlternativeList({
   readonly ticket: Ticket;
   readonly campus: Campus;
 }) {
+  const is_booking = useSignal(false);
   if (ticket.alternatives.length === 0) return null;
+  const book = async (alternative: Alternative) => {
+    fillAlternative(alternative, ticket, campus);
+    if (alternative.kind === "split_party") {
+      goTo({ view: "book" });
+      return;
+    }
+    is_booking.value = true;
+    // Between the offer and the tap, another passenger may have got the place: then the form shows what was asked.
+    const result = await bookRide(campus.view.timezone);
+    is_booking.value = false;
+    if (!result.ok) goTo({ view: "book" });
+    else {
+      if (result.value.state !== "refused") storeRideToken(result.value.token);
+      goTo({ view: "ride", token: result.value.token });
+    }
+  };
   return (
     <section class="alternatives">
       <h2>{texts.value.alternatives}</h2>
@@ -28,7 +53,8 @@ export function AlternativeList({
             <button
               type="button"
               class="button wide"
-              onClick={() => applyAlternative(alternative, ticket, campus)}
+              disabled={is_booking.value}
+              onClick={() => void book(alternative)}
             >
               {alternativeText(alternative, campus)}
             </button>
@@ -59,7 +85,7 @@ function alternativeText(alternative: Alternative, campus: Campus): string {
 }
 
 /** Fills in the alternative; of a split party the first ride, after which the passenger books the second. */
-function applyAlternative(alternative: Alternative, ticket: Ticket, campus: Campus): void {
+function fillAlternative(alternative: Alternative, ticket: Ticket, campus: Campus): void {
   const first_ms = Date.parse(alternative.pickup_at[0] ?? ticket.earliest);
   batch(() => {
     pickup.value = alternative.from_stop;
@@ -69,5 +95,4 @@ function applyAlternative(alternative: Alternative, ticket: Ticket, campus: Camp
     earliest.value =
       alternative.kind === "later" ? toLocalInput(first_ms, campus.view.timezone) : "";
   });
-  goTo({ view: "book" });
 }

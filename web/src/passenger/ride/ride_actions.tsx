@@ -22,7 +22,7 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
     });
   return (
     <div class="actions">
-      {progress.can_cancel && progress.phase !== "searching" && (
+      {progress.can_cancel && progress.phase !== "searching" && progress.phase !== "booked" && (
         <TapButton
           label={t.tap_on_board}
           hint={t.tap_hint_pickup}

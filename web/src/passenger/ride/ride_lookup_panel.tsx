@@ -94,9 +94,9 @@ function RideLookupResult({ code, campus }: RideLookupPanelProps) {
   const t = texts.value;
   if (problem.value !== null) return <ProblemAlert problem={problem.value} />;
   if (ride.value === null) return <p role="status">{t.finding}</p>;
-  const progress = rideProgress(ride.value, null, null);
+  const progress = rideProgress(ride.value, null, null, Date.now());
   const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
-  const vehicle = ride.value.vehicle_id ?? t.shuttle;
+  const vehicle = t.shuttle;
   return (
     <>
       <h2>{titleText(progress.phase, vehicle)}</h2>

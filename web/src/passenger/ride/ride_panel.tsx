@@ -27,6 +27,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
   if (ride.problem.value !== null)
     return (
       <section class="ride">
+        <h1>{texts.value.no_ride}</h1>
         <ProblemAlert problem={ride.problem.value} />
         <BookAnotherButton />
       </section>
@@ -49,7 +50,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
       <p class="visually-hidden" role="status">
         {titleText(progress.phase, vehicleName(ride))}
       </p>
-      <RideDetails ride={ride} ticket={ticket} progress={progress} />
+      <RideDetails ride={ride} ticket={ticket} progress={progress} campus={campus} />
       <ConnectionAlert ride={ride} progress={progress} />
       {ticket.promise !== null && (
         <TicketCard
@@ -94,11 +95,12 @@ interface RideDetailsProps {
   readonly ride: RideTracker;
   readonly ticket: Ticket;
   readonly progress: RideProgress;
+  readonly campus: Campus;
 }
 
-function RideDetails({ ride, ticket, progress }: RideDetailsProps) {
+function RideDetails({ ride, ticket, progress, campus }: RideDetailsProps) {
   const t = texts.value;
-  const detail = detailText(ticket, progress);
+  const detail = detailText(ticket, progress, campus.view.wheelchairs_max);
   const delay = delayText(ride, progress);
   return (
     <>
@@ -107,7 +109,7 @@ function RideDetails({ ride, ticket, progress }: RideDetailsProps) {
       {ticket.stranded_by !== null && !progress.ended && progress.phase !== "aboard" && (
         <Alert tone="warning">{t.stranded}</Alert>
       )}
-      {ticket.promise_broken && (
+      {ticket.promise_broken && !progress.ended && (
         <Alert tone="warning">
           {ticket.first_promise == null ? t.promise_broken : t.promise_renewed}
         </Alert>
@@ -117,7 +119,7 @@ function RideDetails({ ride, ticket, progress }: RideDetailsProps) {
   );
 }
 
-function ConnectionAlert({ ride, progress }: Omit<RideDetailsProps, "ticket">) {
+function ConnectionAlert({ ride, progress }: Omit<RideDetailsProps, "ticket" | "campus">) {
   const state = ride.link.state.value;
   const last_message_ms = ride.link.last_message_ms.value;
   if (state === "open" || progress.ended) return null;

@@ -27,11 +27,12 @@ const ticket: Schemas["RideView"] = {
   let_out: false,
   stranded_by: null,
 };
+const now_ms = Date.parse("2026-09-01T08:05:00Z");
 const at_gate = aVehicle({ doors_open: true, next_stop: "gate", speed_mps: 0 });
 const at_library = aVehicle({ doors_open: true, next_stop: "library", speed_mps: 0 });
 
 test("while the shuttle approaches, the passenger can only cancel", () => {
-  const progress = rideProgress(ticket, null, aVehicle({ next_stop: "gate" }));
+  const progress = rideProgress(ticket, null, aVehicle({ next_stop: "gate" }), now_ms);
   expect(progress).toMatchObject({
     phase: "approaching",
     can_tap_aboard: false,
@@ -42,23 +43,23 @@ test("while the shuttle approaches, the passenger can only cancel", () => {
 });
 
 test("boarding opens when the shuttle stands at the pickup stop with open doors", () => {
-  expect(rideProgress(ticket, null, at_gate)).toMatchObject({
+  expect(rideProgress(ticket, null, at_gate, now_ms)).toMatchObject({
     phase: "at_pickup",
     can_tap_aboard: true,
   });
   const closed = aVehicle({ next_stop: "gate", speed_mps: 0 });
-  expect(rideProgress(ticket, null, closed).can_tap_aboard).toBe(false);
-  expect(rideProgress(ticket, null, at_library).can_tap_aboard).toBe(false);
+  expect(rideProgress(ticket, null, closed, now_ms).can_tap_aboard).toBe(false);
+  expect(rideProgress(ticket, null, at_library, now_ms).can_tap_aboard).toBe(false);
 });
 
 test("getting off opens when the shuttle stands at the destination", () => {
   const aboard = aRide({ state: "aboard" });
-  expect(rideProgress(ticket, aboard, aVehicle())).toMatchObject({
+  expect(rideProgress(ticket, aboard, aVehicle(), now_ms)).toMatchObject({
     phase: "aboard",
     can_tap_off: false,
     can_cancel: false,
   });
-  expect(rideProgress(ticket, aboard, at_library)).toMatchObject({
+  expect(rideProgress(ticket, aboard, at_library, now_ms)).toMatchObject({
     phase: "at_destination",
     can_tap_off: true,
   });
@@ -66,19 +67,24 @@ test("getting off opens when the shuttle stands at the destination", () => {
 
 test("the live view is newer than the ticket, and its 0 means unknown", () => {
   const live = aRide({ state: "assigned", pickup_eta_ms: 5 });
-  expect(rideProgress(ticket, live, null).eta_ms).toBe(5);
-  expect(rideProgress(ticket, aRide(), null).eta_ms).toBe(Date.parse("2026-09-01T08:10:00Z"));
+  expect(rideProgress(ticket, live, null, now_ms).eta_ms).toBe(5);
+  expect(rideProgress(ticket, aRide(), null, now_ms).eta_ms).toBe(
+    Date.parse("2026-09-01T08:10:00Z"),
+  );
 });
 
 test("a ride that lost its shuttle waits for another one and can be cancelled", () => {
   const live = aRide({ state: "requested" });
-  expect(rideProgress(ticket, live, null)).toMatchObject({ phase: "searching", can_cancel: true });
+  expect(rideProgress(ticket, live, null, now_ms)).toMatchObject({
+    phase: "searching",
+    can_cancel: true,
+  });
 });
 
 test.each(["completed", "refused", "cancelled", "no_show", "failed"] as const)(
   "%s ends the ride",
   (state) => {
-    expect(rideProgress({ ...ticket, state }, null, at_gate)).toMatchObject({
+    expect(rideProgress({ ...ticket, state }, null, at_gate, now_ms)).toMatchObject({
       phase: state,
       ended: true,
       can_tap_aboard: false,
@@ -86,6 +92,24 @@ test.each(["completed", "refused", "cancelled", "no_show", "failed"] as const)(
     });
   },
 );
+
+test("a ride for tomorrow is booked, whatever shuttle it is given to", () => {
+  const promise = {
+    pickup_from: "2026-09-02T08:00:00Z",
+    pickup_to: "2026-09-02T08:05:00Z",
+    arrive_by: "2026-09-02T08:20:00Z",
+  };
+  const tomorrow = { ...ticket, promise, pickup_eta: "2026-09-02T08:01:00Z" };
+  expect(rideProgress(tomorrow, null, aVehicle(), now_ms)).toMatchObject({
+    phase: "booked",
+    can_cancel: true,
+    can_tap_aboard: false,
+  });
+  const unassigned = { ...tomorrow, state: "requested" as const, pickup_eta: null };
+  expect(rideProgress(unassigned, null, null, now_ms).phase).toBe("booked");
+  const soon_ms = Date.parse("2026-09-02T07:45:00Z");
+  expect(rideProgress(tomorrow, null, aVehicle(), soon_ms).phase).toBe("approaching");
+});
 
 test("minutes are rounded down and never negative", () => {
   expect(minutesUntil(119_000, 0)).toBe(1);

@@ -4,7 +4,7 @@ import { hasDoorsOpenAt, hasEnded } from "../../shared/scene/scene";
 
 /** How far a ride has come, from the passenger's point of view. */
 export type RidePhase =
-  "searching" | "approaching" | "at_pickup" | "aboard" | "at_destination" | EndState;
+  "booked" | "searching" | "approaching" | "at_pickup" | "aboard" | "at_destination" | EndState;
 
 export interface RideProgress {
   readonly phase: RidePhase;
@@ -25,19 +25,33 @@ type Ride = Omit<Schemas["RideView"], "pickup_eta" | "arrival_eta" | "state"> & 
   readonly arrival_eta: string | null;
 };
 
+/** A pickup so far ahead is a booking: no shuttle is on its way to it yet, and none is being looked for. */
+const BOOKED_AHEAD_MS = 30 * 60_000;
+
+export function isFarAhead(ticket: Ride, live: RideScene | null, now_ms: number): boolean {
+  const state = live?.state ?? ticket.state;
+  if ((state !== "assigned" && state !== "requested") || ticket.promise === null) return false;
+  const begins_ms = Date.parse(ticket.promise.pickup_from);
+  return Math.min(begins_ms, pickupEta(ticket, live) ?? begins_ms) - now_ms > BOOKED_AHEAD_MS;
+}
+
 /** `live` and `vehicle` are newer than the ticket: where they are known, they win. */
 export function rideProgress(
   ticket: Ride,
   live: RideScene | null,
   vehicle: VehicleScene | null,
+  now_ms: number,
 ): RideProgress {
   const state = live?.state ?? ticket.state;
-  const phase = ridePhase(state, ticket, vehicle);
-  const waiting = phase === "approaching" || phase === "at_pickup";
+  const phase = isFarAhead(ticket, live, now_ms) ? "booked" : ridePhase(state, ticket, vehicle);
+  const waiting = phase === "booked" || phase === "approaching" || phase === "at_pickup";
   return {
     phase,
     ended: hasEnded(state),
-    eta_ms: phase === "approaching" ? pickupEta(ticket, live) : arrivalEta(phase, ticket, live),
+    eta_ms:
+      phase === "approaching" || phase === "booked"
+        ? pickupEta(ticket, live)
+        : arrivalEta(phase, ticket, live),
     can_tap_aboard: waiting && vehicle !== null && hasDoorsOpenAt(vehicle, ticket.from_stop),
     can_tap_off: phase === "at_destination",
     can_cancel: waiting || phase === "searching",

@@ -27,6 +27,7 @@ export function titleWithTime(
 ): string {
   const t = texts.value;
   const name = vehicleName(ride);
+  if (phase === "booked") return bookedTitle(ride, eta_ms, timezone);
   if (phase !== "approaching" && phase !== "aboard") return titleText(phase, name);
   const stopped = stoppedTitle(ride, name);
   if (stopped !== null) return stopped;
@@ -42,7 +43,18 @@ export function titleWithTime(
   return phase === "approaching" ? t.approaching_in(name, soon) : t.aboard_in(soon);
 }
 
-export function detailText(ticket: Ticket, { phase }: RideProgress): string {
+function bookedTitle(ride: RideTracker, eta_ms: number | null, timezone: string): string {
+  const begins = eta_ms ?? ride.ticket.value?.promise?.pickup_from;
+  if (begins === undefined) return texts.value.booked;
+  const now_ms = ride.link.now_ms() ?? Date.now();
+  return texts.value.booked_for(formatTimeOrDateTime(begins, now_ms, language.value, timezone));
+}
+
+export function detailText(
+  ticket: Ticket,
+  { phase }: RideProgress,
+  wheelchairs_max: number,
+): string {
   const t = texts.value;
   switch (phase) {
     case "searching":
@@ -54,6 +66,9 @@ export function detailText(ticket: Ticket, { phase }: RideProgress): string {
     case "completed":
       return ticket.left_early ? t.completed_early : t.completed_detail;
     case "refused":
+      // A time of day changes nothing where no shuttle has so many places at all.
+      if (ticket.reason === "wheelchair" && ticket.wheelchairs > wheelchairs_max)
+        return t.wheelchair_places(wheelchairs_max);
       return t.reasons[ticket.reason] ?? ticket.reason_detail;
     case "cancelled":
       return /_(operator|developer)$/.test(ticket.reason) ? t.cancelled_by_operator : "";

@@ -2,8 +2,10 @@ import { batch, computed, effect, signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
+import { monotonic_ms } from "../../shared/live/clock";
 import { LiveLink } from "../../shared/live/live_link";
 import { idempotencyKey } from "../booking/ride_request";
+import { stored_at } from "../offline";
 import { deliverKept, PendingCancel } from "./pending_cancel";
 import { rideProgress } from "./ride_progress";
 
@@ -25,9 +27,14 @@ export class RideTracker {
 
   readonly live = computed(() => this.link.scene.value?.rides[0] ?? null);
   readonly vehicle = computed(() => this.link.scene.value?.vehicles[0] ?? null);
+  /** The present minute by the server's clock: a booking becomes a ride under way without any message. */
+  private readonly minute = computed(() =>
+    Math.floor((monotonic_ms.value > 0 ? (this.link.now_ms() ?? Date.now()) : Date.now()) / 60_000),
+  );
   readonly progress = computed(() => {
     const ticket = this.ticket.value;
-    return ticket === null ? null : rideProgress(ticket, this.live.value, this.vehicle.value);
+    if (ticket === null) return null;
+    return rideProgress(ticket, this.live.value, this.vehicle.value, this.minute.value * 60_000);
   });
 
   private closed = false;
@@ -40,7 +47,10 @@ export class RideTracker {
     this.pending_cancel = new PendingCancel(token, (key) => this.cancel(key));
     this.help_at.value = sessionStorage.getItem(this.helpKey());
     void this.load();
-    this.stopEffect = effect(() => this.reloadOnChange());
+    this.stopEffect = effect(() => {
+      this.reloadOnChange();
+      this.reloadCopy();
+    });
   }
 
   close(): void {
@@ -129,6 +139,11 @@ export class RideTracker {
     if (live.state === ticket.state && live.to_stop === ticket.to_stop) return;
     if (live.state !== ticket.state) this.tap.value = "none";
     void this.load();
+  }
+
+  /** A ticket that this phone had kept is loaded again as soon as the server can be heard. */
+  private reloadCopy(): void {
+    if (this.link.state.value === "open" && stored_at.peek() !== null) void this.load();
   }
 
   /** Polls the tap: the live view shows an accepted tap as the ride's new state, but not a refused one. */

@@ -17,8 +17,8 @@ interface TicketCardProps {
 export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCardProps) {
   const t = texts.value;
   const { promise } = ticket;
-  const time = (timestamp: string) =>
-    formatTimeOrDateTime(timestamp, ticket.requested_at, language.value, view.timezone);
+  const time = (timestamp: string, known_day = ticket.requested_at) =>
+    formatTimeOrDateTime(timestamp, known_day, language.value, view.timezone);
   return (
     <article class={`ticket card ${ended ? "ended" : ""}`}>
       <dl class="trip">
@@ -30,7 +30,12 @@ export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCar
           <dd>
             {from}
             {promise !== null && (
-              <small>{t.pickup_window(time(promise.pickup_from), time(promise.pickup_to))}</small>
+              <small>
+                {t.pickup_window(
+                  time(promise.pickup_from),
+                  time(promise.pickup_to, promise.pickup_from),
+                )}
+              </small>
             )}
           </dd>
         </div>
@@ -41,12 +46,14 @@ export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCar
           </dt>
           <dd>
             {to}
-            {promise !== null && <small>{t.arrive_by(time(promise.arrive_by))}</small>}
+            {promise !== null && (
+              <small>{t.arrive_by(time(promise.arrive_by, promise.pickup_from))}</small>
+            )}
           </dd>
         </div>
       </dl>
       <dl class="codes">
-        {ticket.boarding_code !== undefined && (
+        {ticket.boarding_code !== undefined && !ended && (
           <div class="boarding">
             <dt>{t.boarding_code}</dt>
             <dd data-boarding-code>{ticket.boarding_code}</dd>

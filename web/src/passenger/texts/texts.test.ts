@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { textEntries } from "../../shared/texts/text_entries";
+import { hardTexts, textEntries } from "../../shared/texts/text_entries";
 import { en } from "./texts_en";
 import { zh } from "./texts_zh";
 
@@ -14,4 +14,8 @@ test("every text exists in both languages", () => {
 test("no Chinese text is the English one", () => {
   const texts = new Map(english);
   expect(chinese.filter(([key, text]) => texts.get(key) === text)).toEqual([]);
+});
+
+test("English texts have short sentences and plain words", () => {
+  expect(hardTexts(en)).toEqual([]);
 });

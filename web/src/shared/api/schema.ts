@@ -566,6 +566,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/closures/previews": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Closure
+         * @description The effects that the closure would have. Nothing changes. The closure has these effects if the fleet
+         *     does not change in between.
+         */
+        post: operations["preview_closure"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/closures/{closure_id}": {
         parameters: {
             query?: never;
@@ -1774,6 +1795,7 @@ export interface components {
          *       "has_timetable": true,
          *       "last_run_at": "2026-09-01T10:10:00Z",
          *       "seats_max": 6,
+         *       "wheelchairs_max": 1,
          *       "booking_ahead_s_max": 604800
          *     }
          */
@@ -1823,6 +1845,11 @@ export interface components {
             last_run_at: string | null;
             /** Seats Max */
             seats_max: number;
+            /**
+             * Wheelchairs Max
+             * @description Wheelchair places of the shuttle that has the most.
+             */
+            wheelchairs_max: number;
             /** Booking Ahead S Max */
             booking_ahead_s_max: number;
         };
@@ -2296,7 +2323,10 @@ export interface components {
          *           "arrival_after": "2026-09-01T08:34:10Z",
          *           "arrival_later_s": 190,
          *           "breaks": false,
-         *           "waits": false
+         *           "waits": false,
+         *           "ends": false,
+         *           "to_stop_after": "gate",
+         *           "postponed_to": null
          *         }
          *       ],
          *       "departures": []
@@ -3259,6 +3289,21 @@ export interface components {
              * @description Its vehicle stands until an operator resumes it.
              */
             waits: boolean;
+            /**
+             * Ends
+             * @description The ride ends: no vehicle can serve it.
+             */
+            ends: boolean;
+            /**
+             * To Stop After
+             * @description Where the party gets off; another stop if it is let out early.
+             */
+            to_stop_after: string;
+            /**
+             * Postponed To
+             * @description The new promised pickup, when the road is open again.
+             */
+            postponed_to: string | null;
         };
         /**
          * RideRecord
@@ -7222,6 +7267,102 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["ClosureView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_closure: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ClosureBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EffectsView"];
                 };
             };
             /** @description Bad Request */

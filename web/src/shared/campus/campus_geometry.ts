@@ -8,6 +8,9 @@ export interface CampusGeometry {
   readonly map_version: string;
   readonly lanes: readonly {
     readonly lane_id: string;
+    readonly kind: components["schemas"]["LaneShape"]["kind"];
+    readonly name: string;
+    readonly name_en: string;
     readonly points: readonly Point[];
     readonly width_m: number;
   }[];
@@ -26,6 +29,9 @@ export function campusGeometry(geometry: ApiGeometry): CampusGeometry {
     map_version: geometry.map_version,
     lanes: geometry.lanes.map((lane) => ({
       lane_id: lane.lane_id,
+      kind: lane.kind,
+      name: lane.name,
+      name_en: lane.name_en,
       points: pointsOf(lane.xy),
       width_m: lane.width_m,
     })),

@@ -26,10 +26,14 @@ export interface MapContent {
   readonly layer?: MapLayer;
   /** The camera follows the selected shuttle until the user moves it. */
   readonly follow?: boolean;
+  /** A tap selects the ground, whatever stands there. */
+  readonly selects_ground?: boolean;
 }
 
 export type MapSelection =
-  { readonly kind: "stop" | "vehicle"; readonly id: string } | { readonly kind: "nothing" };
+  | { readonly kind: "stop" | "vehicle"; readonly id: string }
+  /** `reach_m`: how far a finger or a mouse may miss what is meant. */
+  | { readonly kind: "ground"; readonly at: Point; readonly reach_m: number };
 
 export interface MapEvents {
   selected(selection: MapSelection): void;

@@ -1,12 +1,14 @@
 import type { CampusGeometry } from "../campus/campus_geometry";
 import { stopName } from "../campus/campus_geometry";
-import { conditionOf } from "../scene/condition";
+import type { Condition } from "../scene/condition";
+import { conditionOf, urgencyOf } from "../scene/condition";
 import { PoseInterpolator } from "../scene/pose_interpolation";
 import { poseOf, type Point, type Scene, type VehicleScene } from "../scene/scene";
 import type { Bounds, Camera, Padding, Size } from "./camera/camera";
-import { boundsOf, fitCamera, toScreen, zoomCamera } from "./camera/camera";
+import { boundsOf, fitCamera, toMap, toScreen, zoomCamera } from "./camera/camera";
 import { Gestures } from "./camera/gestures";
-import { BaseMap, drawLine, setMapTransform } from "./drawing/base_map";
+import { BaseLayer } from "./drawing/base_layer";
+import { drawLine, setMapTransform } from "./drawing/base_map";
 import type { Label } from "./drawing/labels";
 import { drawLabels } from "./drawing/labels";
 import type { StopRole } from "./drawing/markers";
@@ -14,12 +16,14 @@ import {
   bodyLength_px,
   drawStop,
   drawVehicle,
+  drawVehicleSprite,
   stopRadius_px,
   vehicleRadius_px,
 } from "./drawing/markers";
 import type { Palette } from "./drawing/palette";
 import { readPalette } from "./drawing/palette";
 import { routeAhead } from "./drawing/route_ahead";
+import { Sprites } from "./drawing/sprites";
 import type { MapContent, MapEvents, MapSelection } from "./map_content";
 
 /** Space for markers and labels, and on the right for the buttons. */
@@ -28,6 +32,8 @@ const CLOSED_ROAD_PX = 6;
 const FOLLOW_PX_PER_M_MIN = 9;
 const TOUCH_RADIUS_PX = 24;
 const MOUSE_RADIUS_PX = 12;
+/** With more shuttles than this, only the selected one's route is drawn: the others would cover the map. */
+const ROUTES_MAX = 60;
 
 /** Draws a campus on a canvas. It owns the camera, and draws only when something changed or moves. */
 export class MapView {
@@ -36,7 +42,8 @@ export class MapView {
   private readonly resize_observer: ResizeObserver;
   private readonly poses = new PoseInterpolator();
   private geometry: CampusGeometry | null = null;
-  private base_map: BaseMap | null = null;
+  private readonly sprites = new Sprites();
+  private base_layer: BaseLayer | null = null;
   private content: MapContent | null = null;
   private palette: Palette;
   private frame = 0;
@@ -78,7 +85,7 @@ export class MapView {
   setGeometry(geometry: CampusGeometry): void {
     if (geometry === this.geometry) return;
     this.geometry = geometry;
-    this.base_map = new BaseMap(geometry);
+    this.base_layer = new BaseLayer(geometry);
     this.requestFrame();
   }
 
@@ -147,19 +154,24 @@ export class MapView {
     const now_ms = performance.now();
     this.followSelected(now_ms);
     context.setTransform(pixel_ratio, 0, 0, pixel_ratio, 0, 0);
-    context.fillStyle = palette.ground;
-    context.fillRect(0, 0, size.width_px, size.height_px);
+    this.sprites.prepare(palette, pixel_ratio);
+    if (this.base_layer === null) {
+      context.fillStyle = palette.ground;
+      context.fillRect(0, 0, size.width_px, size.height_px);
+    } else this.base_layer.draw(context, this.camera, size, palette, pixel_ratio);
     context.save();
     setMapTransform(context, this.camera, size, pixel_ratio);
-    this.base_map?.draw(context, this.camera, palette);
     for (const line of this.content?.closed_roads ?? [])
       drawLine(context, this.camera, line, palette.closed_road, CLOSED_ROAD_PX);
     this.drawRoutes(now_ms);
     if (this.geometry !== null) this.content?.layer?.(context, this.camera, palette, this.geometry);
     context.restore();
     context.setTransform(pixel_ratio, 0, 0, pixel_ratio, 0, 0);
-    const labels = [...this.drawVehicles(now_ms), ...this.drawStops()];
-    drawLabels(context, palette, labels, size);
+    const vehicles = this.drawVehicles(now_ms);
+    const stops = this.drawStops();
+    // In a large fleet, the names of stops come before those of shuttles on which all is well.
+    const [first, later] = vehicles.length > ROUTES_MAX ? byUrgency(vehicles) : [vehicles, []];
+    drawLabels(context, palette, this.sprites, [...first, ...stops, ...later], size);
     if (this.poses.isMoving(now_ms)) this.requestFrame();
   }
 
@@ -189,8 +201,10 @@ export class MapView {
   }
 
   private drawRoutes(now_ms: number): void {
-    for (const vehicle of this.located()) {
+    const located = this.located();
+    for (const vehicle of located) {
       const selected = this.isSelected(vehicle);
+      if (!selected && located.length > ROUTES_MAX) continue;
       const pose = this.poses.pose(vehicle, now_ms);
       if (pose === null) continue;
       const ahead = routeAhead(vehicle.task.route, pose.x_m, pose.y_m);
@@ -214,23 +228,23 @@ export class MapView {
     return labels.sort((a, b) => Number(b.strong) - Number(a.strong));
   }
 
-  private drawVehicles(now_ms: number): Label[] {
+  private drawVehicles(now_ms: number): VehicleLabel[] {
     const length = bodyLength_px(this.camera.px_per_m);
-    return this.located().flatMap((vehicle) => {
+    const located = this.located();
+    const many = located.length > ROUTES_MAX;
+    return located.flatMap((vehicle) => {
       const pose = this.poses.pose(vehicle, now_ms);
       if (pose === null) return [];
       const [x, y] = toScreen(this.camera, this.size, pose.x_m, pose.y_m);
+      if (!this.onScreen(x, y)) return [];
       const selected = this.isSelected(vehicle);
-      drawVehicle(this.context, this.palette, {
-        x,
-        y,
-        heading_rad: pose.yaw_rad,
-        length,
-        condition: conditionOf(vehicle),
-        selected,
-      });
+      const condition = conditionOf(vehicle);
+      const marker = { x, y, heading_rad: pose.yaw_rad, length, condition, selected };
+      if (many) drawVehicleSprite(this.context, this.palette, this.sprites, marker);
+      else drawVehicle(this.context, this.palette, marker);
       const radius_px = vehicleRadius_px(length, selected);
-      return [{ text: vehicle.facts.name, x_px: x, y_px: y, radius_px, strong: true }];
+      const label = { text: vehicle.facts.name, x_px: x, y_px: y, radius_px, strong: true };
+      return [{ ...label, condition, selected }];
     });
   }
 
@@ -251,9 +265,15 @@ export class MapView {
     return x > -20 && y > -20 && x < this.size.width_px + 20 && y < this.size.height_px + 20;
   }
 
-  /** The nearest shuttle, or else the nearest stop, within the radius of a finger or a mouse. */
+  /** The nearest shuttle, or else the nearest stop, or else the ground, within the radius of a finger or a mouse. */
   private selectionAt(x_px: number, y_px: number, is_touch: boolean): MapSelection {
     const radius_px = is_touch ? TOUCH_RADIUS_PX : MOUSE_RADIUS_PX;
+    const ground: MapSelection = {
+      kind: "ground",
+      at: toMap(this.camera, this.size, x_px, y_px),
+      reach_m: radius_px / this.camera.px_per_m,
+    };
+    if (this.content?.selects_ground === true) return ground;
     const distance_px = (x_m: number, y_m: number) => {
       const [x, y] = toScreen(this.camera, this.size, x_m, y_m);
       return Math.hypot(x - x_px, y - y_px);
@@ -265,8 +285,18 @@ export class MapView {
     const vehicle = nearest(this.located(), distanceOfVehicle_px, radius_px);
     if (vehicle !== null) return { kind: "vehicle", id: vehicle.vehicle_id };
     const stop = nearest(this.geometry?.stops ?? [], (s) => distance_px(s.x_m, s.y_m), radius_px);
-    return stop === null ? { kind: "nothing" } : { kind: "stop", id: stop.stop_id };
+    return stop === null ? ground : { kind: "stop", id: stop.stop_id };
   }
+}
+
+type VehicleLabel = Label & { readonly condition: Condition; readonly selected: boolean };
+
+/** The labels of shuttles that need attention, and the others. */
+function byUrgency(labels: readonly VehicleLabel[]): readonly [VehicleLabel[], VehicleLabel[]] {
+  const rank = ({ selected, condition }: VehicleLabel) =>
+    selected ? 0 : urgencyOf(condition) === "danger" ? 1 : 2;
+  const urgent = labels.filter((label) => rank(label) < 2).sort((a, b) => rank(a) - rank(b));
+  return [urgent, labels.filter((label) => rank(label) === 2)];
 }
 
 /** Whether the map looks different for any reason but the places of the shuttles. */

@@ -18,7 +18,7 @@ const TAP_PX = 8;
 const KEY_PAN_PX = 60;
 const KEY_ZOOM = 1.4;
 
-/** Pans with one finger, the mouse or arrow keys; zooms with two fingers, the wheel or the keys + and -. */
+/** Pans with one finger, the mouse or arrow keys; zooms with two fingers, the wheel or the keys + and -. Enter taps the centre. */
 export class Gestures {
   private readonly pointers = new Map<number, PointerPosition>();
   private travelled_px = 0;
@@ -83,6 +83,11 @@ export class Gestures {
   };
 
   private readonly key = (event: KeyboardEvent): void => {
+    if (event.key === "Enter") {
+      const { width_px, height_px } = this.target.size();
+      this.target.tapped(width_px / 2, height_px / 2, true);
+      return;
+    }
     const camera = this.target.camera();
     const moved = cameraAfterKey(event.key, camera, this.target.size());
     if (moved === null || event.ctrlKey || event.metaKey || event.altKey) return;

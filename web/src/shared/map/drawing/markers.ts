@@ -1,6 +1,7 @@
 import type { Condition } from "../../scene/condition";
 import { urgencyOf } from "../../scene/condition";
 import type { Palette } from "./palette";
+import type { Sprites } from "./sprites";
 
 export type StopRole = "plain" | "pickup" | "destination";
 
@@ -57,18 +58,56 @@ export function vehicleRadius_px(length_px: number, selected: boolean): number {
   return selected ? ringRadius_px(length_px) + 2 : length_px * 0.55 + 4;
 }
 
+export interface VehicleMarker {
+  readonly x: number;
+  readonly y: number;
+  readonly heading_rad: number;
+  readonly length: number;
+  readonly condition: Condition;
+  readonly selected: boolean;
+}
+
+/** Headings of copied markers: 5.6 degrees apart, which no eye sees at this size. */
+const HEADINGS = 64;
+/** Larger ones are drawn as paths: there are few of them on a screen. */
+const SPRITE_PX_MAX = 48;
+const BADGE_PX = 20;
+
+/** As drawVehicle, copied from a picture of this condition and heading. */
+export function drawVehicleSprite(
+  context: CanvasRenderingContext2D,
+  palette: Palette,
+  sprites: Sprites,
+  marker: VehicleMarker,
+): void {
+  const length = Math.round(marker.length);
+  if (marker.selected || length > SPRITE_PX_MAX) {
+    drawVehicle(context, palette, marker);
+    return;
+  }
+  const turns = marker.heading_rad / (2 * Math.PI);
+  const heading = (((Math.round(turns * HEADINGS) % HEADINGS) + HEADINGS) % HEADINGS) / HEADINGS;
+  const side_px = length + BADGE_PX + 4;
+  const sprite = sprites.get(
+    `vehicle ${marker.condition} ${length} ${heading}`,
+    () => [side_px, side_px],
+    (picture) =>
+      drawVehicle(picture, palette, {
+        ...marker,
+        x: 0,
+        y: 0,
+        length,
+        heading_rad: 2 * Math.PI * heading,
+      }),
+  );
+  sprites.copy(context, sprite, marker.x, marker.y);
+}
+
 /** A shuttle seen from above; heading_rad is counter-clockwise from the screen's right. */
 export function drawVehicle(
   context: CanvasRenderingContext2D,
   palette: Palette,
-  marker: {
-    readonly x: number;
-    readonly y: number;
-    readonly heading_rad: number;
-    readonly length: number;
-    readonly condition: Condition;
-    readonly selected: boolean;
-  },
+  marker: VehicleMarker,
 ): void {
   const { length } = marker;
   const width = Math.max((length * BODY_WIDTH_M) / BODY_LENGTH_M, 11);

@@ -21,6 +21,8 @@ export interface Palette {
   readonly people: string;
   readonly yielded_to: string;
   readonly font: string;
+  /** The size of labels; it follows the size of text that the reader has set. */
+  readonly text_px: number;
 }
 
 export function readPalette(element: Element): Palette {
@@ -54,5 +56,6 @@ export function readPalette(element: Element): Palette {
     people: value("--map-people"),
     yielded_to: value("--danger"),
     font: style.fontFamily,
+    text_px: 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize),
   };
 }

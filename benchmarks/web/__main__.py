@@ -1,0 +1,89 @@
+"""What people wait for in the pages, in real Chromium against a real server.
+
+    python -m benchmarks.web [--vehicles 1000] [--seconds 10] [--skip-axe] [--screenshots DIR] [--json FILE]
+
+The pages must be built (`make web`). The server is a process of its own with the shipped campus and a
+scripted shuttle. The summary:
+
+    first_load_kb   over the wire until a booking is possible: page, scripts, styles, campus and stops
+    taps, booking_s the first booking, from the empty page to the ticket, by a script that does not wait
+    console_fps     frames in a second (median) of the live page with --vehicles at 5 Hz, drawn in software;
+                    the live websocket is played within the page, so that only the page takes time
+    frame_p95_ms    the time between two of these frames
+    idle_cpu_pct    of a core, all processes of the browser, a ride's page open while its shuttle stands
+    axe_violations  rules of axe-core (WCAG 2.2 A and AA, best practice) times states that break them
+    axe_states      states of both pages x {en, zh} x {light, dark} x {plain, text at 200 %, reduced motion}
+"""
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from playwright.sync_api import Browser, sync_playwright
+
+from benchmarks.reporting.report import Row, RunReport
+from benchmarks.web.accessibility import Audit, rows_of
+from benchmarks.web.console_frames import measure_console
+from benchmarks.web.passenger import first_booking, first_load_kb, idle_cpu_pct
+from tests.e2e.chromium import LAUNCH_FLAGS, chromium_path
+from tests.e2e.server_process import ServerProcess
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--vehicles", type=int, default=1000, help="in the console's fleet")
+    parser.add_argument("--seconds", type=float, default=10.0, help="of measuring frames and idleness")
+    parser.add_argument("--skip-axe", action="store_true", help="leave out accessibility (minutes)")
+    parser.add_argument("--screenshots", type=Path, default=None, help="keep a picture of every state here")
+    parser.add_argument("--json", type=Path, default=None)
+    arguments = parser.parse_args()
+    if arguments.screenshots is not None:
+        arguments.screenshots.mkdir(parents=True, exist_ok=True)
+    report = RunReport()
+    rows, summary = _measure(arguments)
+    given = {"vehicles": arguments.vehicles, "seconds": arguments.seconds, "skip_axe": arguments.skip_axe}
+    report.write(arguments.json, "web", given, rows, summary)
+
+
+def _measure(arguments: argparse.Namespace) -> tuple[list[Row], Row]:
+    with tempfile.TemporaryDirectory() as folder, ServerProcess(Path(folder)) as server:
+        shuttle = server.add_shuttle("shuttle-1", "Shuttle 1", resting_place=0)
+        with _browser() as browser:
+            load_kb = first_load_kb(browser, server)
+            booking = first_booking(browser, server, arguments.screenshots)
+            idle_pct = idle_cpu_pct(browser, server, shuttle, arguments.seconds)
+        with _browser() as browser:
+            frames = measure_console(
+                browser, server, arguments.vehicles, arguments.seconds, arguments.screenshots
+            )
+        with _browser() as browser:
+            audit = Audit(browser, server, arguments.screenshots)
+            if not arguments.skip_axe:
+                audit.run()
+    summary: Row = {
+        "first_load_kb": load_kb,
+        "taps": booking.taps,
+        "booking_s": booking.seconds,
+        "console_fps": frames.fps_median,
+        "frame_p95_ms": frames.frame_p95_ms,
+        "console_nodes": frames.nodes,
+        "idle_cpu_pct": idle_pct,
+        "axe_violations": None if arguments.skip_axe else len(audit.violations),
+        "axe_states": audit.states,
+    }
+    return list(rows_of(audit.violations)), summary
+
+
+@contextmanager
+def _browser() -> Iterator[Browser]:
+    """One of its own for each measurement: an earlier one's garbage would count in the next."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium_path(), args=list(LAUNCH_FLAGS))
+        yield browser
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Booking without JavaScript: plain HTML forms at /basic, for old phones and screen readers of any age."""

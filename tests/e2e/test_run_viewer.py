@@ -1,0 +1,64 @@
+"""`campusloop view`: the replay of a folder of run logs, at once and without a password."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, expect
+
+from contract.roads.load import load_map
+from contract.roads.network import RoadNetwork
+from tests.e2e.recorded_run import record_run
+from tests.e2e.server_process import CAMPUS_MAP, ROOT, free_port
+
+pytestmark = [pytest.mark.browser, pytest.mark.real]
+
+READY_WITHIN_S = 60.0
+
+
+@pytest.fixture(scope="module")
+def viewer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The origin of a viewer of one run."""
+    folder = tmp_path_factory.mktemp("runs")
+    record_run(folder / "0000.mcap", "shuttle-7", "boot-7", RoadNetwork(load_map(CAMPUS_MAP)), 40)
+    port = free_port()
+    command = [sys.executable, "-m", "campusloop", "view", str(folder), "--port", str(port)]
+    with (folder / "view.log").open("wb") as journal:
+        process = subprocess.Popen(command, cwd=ROOT, stdout=journal, stderr=subprocess.STDOUT)
+    try:
+        yield _ready(process, f"http://127.0.0.1:{port}", folder / "view.log")
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(20)
+
+
+def _ready(process: "subprocess.Popen[bytes]", origin: str, journal: Path) -> str:
+    until_s = time.monotonic() + READY_WITHIN_S
+    while time.monotonic() < until_s:
+        assert process.poll() is None, journal.read_text()
+        if "Ctrl-C stops it" in journal.read_text():
+            return origin
+        time.sleep(0.1)
+    raise AssertionError(journal.read_text())
+
+
+def test_the_root_is_the_replay_and_asks_for_no_password(viewer: str, browser: Browser) -> None:
+    context = browser.new_context(locale="en-GB")
+    page = context.new_page()
+    page.goto(viewer)
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    expect(page.locator(".led")).to_contain_text("second 0")
+    expect(page.get_by_label("Password")).to_have_count(0)
+    page.reload()
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    context.close()
+
+
+def test_no_other_host_gets_a_session(viewer: str) -> None:
+    answer = httpx.get(viewer, headers={"Host": "evil.example"}, trust_env=False)
+    assert "set-cookie" not in answer.headers
