@@ -33,6 +33,37 @@ def test_a_ride_is_boarded_and_left_by_taps_that_open_when_the_shuttle_stands_th
     expect(page.get_by_role("heading", name="Ride completed")).to_be_visible()
 
 
+def test_a_kept_cancel_that_comes_after_boarding_lets_nobody_out(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", allowed=(409,), goes_offline=True, **PHONE)
+    shuttle.speed_mps = 0.0
+    book(page, "Main Library", "Gymnasium")
+    link = page.url
+    page.context.set_offline(True)
+    page.get_by_role("button", name="Cancel the ride").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel the ride").click()
+    expect(page.get_by_text("Not cancelled yet")).to_be_visible()
+    other = open_page("/", **PHONE)
+    other.goto(link)
+    other.reload()
+    shuttle.speed_mps = QUICK_MPS
+    aboard = other.get_by_role("button", name="I’m on board")
+    expect(aboard).to_be_enabled(timeout=90_000)
+    shuttle.speed_mps = 0.5
+    aboard.click()
+    expect(other.get_by_role("button", name="Get off at the next stop")).to_be_visible()
+    page.context.set_offline(False)
+    expect(page.get_by_text("The ride was not cancelled.")).to_be_visible()
+    expect(page.get_by_text("You are already on board.")).to_be_visible()
+    expect(page.get_by_text("Not cancelled yet")).to_have_count(0)
+    shuttle.speed_mps = QUICK_MPS
+    off = other.get_by_role("button", name="I’m off")
+    expect(off).to_be_enabled(timeout=90_000)
+    off.click()
+    expect(other.get_by_role("heading", name="Ride completed")).to_be_visible()
+
+
 def test_another_destination_is_chosen_on_the_way_and_the_promise_told_anew(
     open_page: OpenPage, shuttle: ScriptedShuttle
 ) -> None:

@@ -132,13 +132,20 @@ async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 @router.post(
     "/{token}/cancel",
     operation_id="cancel_ride",
-    responses=problems(RideUnknown, RideEnded, DestinationRefused, IdempotencyMismatch, TooManyTries),
+    responses=problems(
+        RideUnknown, RideEnded, RideAlreadyAboard, DestinationRefused, IdempotencyMismatch, TooManyTries
+    ),
 )
-async def cancel_ride(token: RideToken, command: PassengerCommand) -> RideTicket:
-    """A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true."""
+async def cancel_ride(token: RideToken, command: PassengerCommand, unless_aboard: bool = False) -> RideTicket:
+    """A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true.
+
+    With `unless_aboard` a party aboard goes on, and the answer is 409 `ride_already_aboard`: for a
+    cancellation that was asked for earlier, without a connection.
+    """
 
     def work(uow: UnitOfWork) -> RideTicket:
-        return _ticket(uow, rides.cancel(uow, ride_by_token(uow, token).ride_id, command.kind))
+        ride_id = ride_by_token(uow, token).ride_id
+        return _ticket(uow, rides.cancel(uow, ride_id, command.kind, unless_aboard=unless_aboard))
 
     return await command.transact(RideTicket, work)
 

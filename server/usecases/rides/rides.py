@@ -137,14 +137,19 @@ def alternatives_for(uow: UnitOfWork, ride: Ride) -> tuple[Alternative, ...]:
     return decided[-1].alternatives if decided else ()
 
 
-def cancel(uow: UnitOfWork, ride_id: str, by: str) -> Ride:
+def cancel(uow: UnitOfWork, ride_id: str, by: str, *, unless_aboard: bool = False) -> Ride:
     """Cancel the ride. A party aboard is let out as soon as possible, and the ride ends there.
 
-    by: "passenger" | "operator" | "developer". Raises RideUnknown, RideEnded, DestinationRefused (aboard a
-    shuttle that cannot be given a way).
+    by             "passenger" | "operator" | "developer"
+    unless_aboard  refuse it for a party aboard: it was asked for before they boarded
+
+    Raises RideUnknown, RideEnded, RideAlreadyAboard, DestinationRefused (aboard a shuttle that cannot be
+    given a way).
     """
     ride = ride_of(uow, ride_id)
     if ride.state is RideState.ABOARD:
+        if unless_aboard:
+            raise RideAlreadyAboard("you are aboard already; the ride was not cancelled")
         return ride if ride.let_out else destinations.let_out(uow, ride, by)
     gone = cancelled(ride, by, uow.now)
     uow.rides.save(gone)

@@ -4,7 +4,14 @@ import contextlib
 
 import pytest
 
-from server.domain.errors import DestinationRefused, NoService, RideEnded, SameStop, StopUnknown
+from server.domain.errors import (
+    DestinationRefused,
+    NoService,
+    RideAlreadyAboard,
+    RideEnded,
+    SameStop,
+    StopUnknown,
+)
 from server.domain.rides.rides import Ride, RideState
 from server.domain.service.service import Hours, ServicePattern
 from server.usecases.fleet import closures, service, vehicles
@@ -231,6 +238,15 @@ def test_who_cancels_while_riding_is_let_out_at_the_next_stop(driven_fleet: Fake
     assert ride.arrival_eta is not None
     assert done.ended_at < ride.arrival_eta
     assert "ride.let_out" in events(driven_fleet)
+
+
+def test_a_cancellation_from_before_boarding_lets_nobody_out(driven_fleet: FakeFleet) -> None:
+    ride = driven_fleet.book("NN20", "C1")
+    until(driven_fleet, ride, RideState.ABOARD)
+    before = driven_fleet.ride(ride.ride_id)
+    with pytest.raises(RideAlreadyAboard, match="not cancelled"):
+        driven_fleet.campus.do(lambda uow: rides.cancel(uow, ride.ride_id, "passenger", unless_aboard=True))
+    assert driven_fleet.ride(ride.ride_id) == before
 
 
 def test_who_changed_their_mind_may_ride_on(driven_fleet: FakeFleet) -> None:

@@ -14,6 +14,8 @@ export type Deliver = (key: string) => Promise<Problem | null>;
  */
 export class PendingCancel {
   readonly is_waiting = signal(false);
+  /** Why a cancellation that was delivered later did not happen. */
+  readonly refusal = signal<Problem | null>(null);
   private timer = 0;
   private is_closed = false;
   private readonly name: string;
@@ -39,6 +41,7 @@ export class PendingCancel {
 
   /** The problem if the server refused it; null if it was cancelled, or waits for a connection. */
   async ask(): Promise<Problem | null> {
+    this.refusal.value = null;
     const key = localStorage.getItem(this.name) ?? idempotencyKey();
     localStorage.setItem(this.name, key);
     return this.attempt(key);
@@ -67,7 +70,7 @@ export class PendingCancel {
     const key = localStorage.getItem(this.name);
     // Delivered or withdrawn meanwhile, perhaps by another page.
     if (key === null) this.is_waiting.value = false;
-    else if (!this.is_closed) await this.attempt(key);
+    else if (!this.is_closed) this.refusal.value = await this.attempt(key);
   }
 
   private forget(): void {

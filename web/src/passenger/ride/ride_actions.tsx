@@ -42,6 +42,9 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
       )}
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
       {ride.pending_cancel.is_waiting.value && <WaitingCancel ride={ride} />}
+      {ride.pending_cancel.refusal.value !== null && (
+        <RefusedCancel problem={ride.pending_cancel.refusal.value} />
+      )}
       <div class="secondary-actions">
         {progress.can_change_destination && (
           <button type="button" class="button" onClick={onChangeDestination}>
@@ -91,6 +94,15 @@ function WaitingCancel({ ride }: { readonly ride: RideTracker }) {
         {t.cancel_no}
       </button>
     </div>
+  );
+}
+
+function RefusedCancel({ problem }: { readonly problem: Problem }) {
+  return (
+    <>
+      <Alert tone="warning">{texts.value.cancel_came_too_late}</Alert>
+      <ProblemAlert problem={problem} />
+    </>
   );
 }
 

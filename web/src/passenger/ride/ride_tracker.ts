@@ -44,7 +44,7 @@ export class RideTracker {
 
   constructor(readonly token: string) {
     this.link = new LiveLink(token);
-    this.pending_cancel = new PendingCancel(token, (key) => this.cancel(key));
+    this.pending_cancel = new PendingCancel(token, (key) => this.cancel(key, true));
     this.help_at.value = sessionStorage.getItem(this.helpKey());
     void this.load();
     this.stopEffect = effect(() => {
@@ -74,11 +74,11 @@ export class RideTracker {
 
   /** Gets off early. A cancellation goes through `pending_cancel`, which keeps it until it has arrived. */
   async getOff(): Promise<Problem | null> {
-    return this.cancel(idempotencyKey());
+    return this.cancel(idempotencyKey(), false);
   }
 
-  private async cancel(key: string): Promise<Problem | null> {
-    const result = await cancelRide(this.token, key);
+  private async cancel(key: string, unless_aboard: boolean): Promise<Problem | null> {
+    const result = await cancelRide(this.token, key, unless_aboard);
     if (!result.ok) return result.problem;
     this.request_number += 1;
     this.accept(result);
@@ -172,15 +172,20 @@ export class RideTracker {
   }
 }
 
-function cancelRide(token: string, key: string): Promise<Result<Ticket>> {
-  const params = { path: { token }, header: { "idempotency-key": key } };
+/** unless_aboard: who asked for it before boarding does not want to be let out. */
+function cancelRide(token: string, key: string, unless_aboard: boolean): Promise<Result<Ticket>> {
+  const params = {
+    path: { token },
+    query: { unless_aboard },
+    header: { "idempotency-key": key },
+  };
   return resultOf(api.POST("/api/v1/rides/{token}/cancel", { params }));
 }
 
 /** Cancellations that an earlier visit of this page could not deliver. */
 export function deliverKeptCancels(): void {
   deliverKept(async (token, key) => {
-    const result = await cancelRide(token, key);
+    const result = await cancelRide(token, key, true);
     return result.ok ? null : result.problem;
   });
 }

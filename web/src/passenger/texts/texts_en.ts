@@ -175,6 +175,7 @@ export const en = {
   cancel_text: "Other passengers can then book your seats. You can book again at any time.",
   cancel_yes: "Cancel the ride",
   cancel_no: "Keep the ride",
+  cancel_came_too_late: "The ride was not cancelled.",
   cancel_waits:
     "Not cancelled yet: there is no connection. This phone cancels the ride when the connection returns.",
   change_destination: "Change destination",

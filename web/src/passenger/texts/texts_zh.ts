@@ -170,6 +170,7 @@ export const zh: PassengerTexts = {
   cancel_text: "座位将让给其他乘客。您可以随时重新预约。",
   cancel_yes: "取消行程",
   cancel_no: "保留",
+  cancel_came_too_late: "此行程未能取消。",
   cancel_waits: "尚未取消：目前没有网络连接。连接恢复后，手机会立即取消此行程。",
   change_destination: "更改目的地",
   changing_destination: "正在询问新路线…",

@@ -135,6 +135,9 @@ export interface paths {
         /**
          * Cancel Ride
          * @description A party aboard is let out as soon as possible: the answer says at which stop, with `let_out` true.
+         *
+         *     With `unless_aboard` a party aboard goes on, and the answer is 409 `ride_already_aboard`: for a
+         *     cancellation that was asked for earlier, without a connection.
          */
         post: operations["cancel_ride"];
         delete?: never;
@@ -5415,7 +5418,9 @@ export interface operations {
     };
     cancel_ride: {
         parameters: {
-            query?: never;
+            query?: {
+                unless_aboard?: boolean;
+            };
             header?: {
                 /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
                 "idempotency-key"?: string | null;
