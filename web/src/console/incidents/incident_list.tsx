@@ -13,22 +13,33 @@ import { incidentText } from "./incident_text";
 
 type Incident = Schemas["IncidentView"];
 
+interface IncidentListProps {
+  readonly shown: readonly Incident[];
+  /** One level below the heading that the list is under. */
+  readonly heading: "h2" | "h3";
+}
+
 /** Help calls differ from other incidents by position, size and text as well as by colour. */
-export function IncidentList({ shown }: { readonly shown: readonly Incident[] }) {
+export function IncidentList({ shown, heading }: IncidentListProps) {
   const t = texts.value;
   if (shown.length === 0) return <p class="empty">{t.no_incidents}</p>;
   return (
     <ul class="incidents">
       {shown.map((incident) => (
         <li key={incident.incident_id}>
-          <IncidentCard incident={incident} />
+          <IncidentCard incident={incident} heading={heading} />
         </li>
       ))}
     </ul>
   );
 }
 
-function IncidentCard({ incident }: { readonly incident: Incident }) {
+interface IncidentCardProps {
+  readonly incident: Incident;
+  readonly heading: "h2" | "h3";
+}
+
+function IncidentCard({ incident, heading: Heading }: IncidentCardProps) {
   const t = texts.value;
   const problem = useSignal<Problem | null>(null);
   const is_open = incident.closed_at === null;
@@ -52,7 +63,7 @@ function IncidentCard({ incident }: { readonly incident: Incident }) {
       data-kind={incident.kind}
     >
       <header>
-        <h3>{t.kinds[incident.kind]}</h3>
+        <Heading>{t.kinds[incident.kind]}</Heading>
         <time>{formatTimeOrDateTime(incident.opened_at)}</time>
       </header>
       <p>{cause}</p>

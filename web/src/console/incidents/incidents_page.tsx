@@ -23,7 +23,7 @@ export function IncidentsPage() {
         </label>
       </header>
       {incidents.problem.value !== null && <ProblemAlert problem={incidents.problem.value} />}
-      {shown === null ? <Loading text={t.loading} /> : <IncidentList shown={shown} />}
+      {shown === null ? <Loading text={t.loading} /> : <IncidentList shown={shown} heading="h2" />}
     </section>
   );
 }

@@ -62,7 +62,7 @@ function SidePanel({ scene, selected_id }: SidePanelProps) {
       {open.length > 0 && (
         <section class="block" aria-label={texts.value.incidents}>
           <h2>{texts.value.incidents}</h2>
-          <IncidentList shown={open.slice(0, INCIDENTS_SHOWN)} />
+          <IncidentList shown={open.slice(0, INCIDENTS_SHOWN)} heading="h3" />
         </section>
       )}
       <VehicleList scene={scene} />
