@@ -1,4 +1,4 @@
-import { signal } from "@preact/signals";
+import { effect, signal } from "@preact/signals";
 import { api } from "../shared/api/client";
 import { language } from "../shared/texts/language";
 import { formatTimeOrDateTime } from "../shared/texts/times";
@@ -8,6 +8,9 @@ import { texts } from "./texts/texts";
 
 /** When what the page shows was stored on this phone; null while the server answers. */
 export const stored_at = signal<string | null>(null);
+
+/** A connection that the browser reports may not carry anything yet. */
+const RETRY_MS = 4_000;
 
 /** As the service worker writes it (src/sw/sw.ts). */
 const STORED_AT = "Campusloop-Stored-At";
@@ -21,6 +24,11 @@ export function keepForOffline(): void {
   });
   window.addEventListener("online", () => {
     if (stored_at.value !== null) void loadCampus();
+  });
+  effect(() => {
+    if (stored_at.value === null) return undefined;
+    const timer = window.setInterval(() => void loadCampus(), RETRY_MS);
+    return () => clearInterval(timer);
   });
   // Browsers have no service workers on a plain address of the local network.
   if ("serviceWorker" in navigator) void navigator.serviceWorker.register("/sw.js");
