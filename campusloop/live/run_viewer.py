@@ -126,7 +126,7 @@ async def _session_cookies(client: httpx.AsyncClient, password: str) -> tuple[st
 class _Door:
     """The server whose root is the replay, without a password.
 
-    It listens on loopback only, on the machine of whoever may read these files. The host of a request is
+    It listens on loopback only, on the machine of a person who may read these files. The host of a request is
     checked as everywhere, so that no page of another site gets a session under a name of its own.
     """
 

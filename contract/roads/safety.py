@@ -111,7 +111,7 @@ class Ground:
 
 
 class _Overlap:
-    """Sets of sections, for what all of them but one have: found at once and not for each one anew."""
+    """Sets of sections. The union of all but one is found without another walk through them."""
 
     __slots__ = ("_any", "_several")
 
@@ -123,7 +123,7 @@ class _Overlap:
         self._any, self._several = found, several
 
     def without(self, mask: int) -> int:
-        """All of them together but this one, which is one of them."""
+        """The union of all but this one, which must be one of them."""
         return self._any & ~(mask & ~self._several)
 
 

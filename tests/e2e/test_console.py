@@ -95,6 +95,7 @@ def test_a_call_for_help_goes_to_the_top_until_it_is_closed(console: Page, open_
     console.get_by_role("link", name="Incidents").click()
     top = console.locator(".incident").first
     expect(top).to_have_attribute("data-kind", "help_call")
+    expect(top.get_by_role("heading", level=2)).to_have_count(1)
     expect(top).to_contain_text("The door does not open.")
     expect(top).to_contain_text(code)
     top.get_by_role("button", name="Acknowledge").click()

@@ -34,7 +34,7 @@ class RideEffect:
     waits           its vehicle stands until an operator resumes it, so that no times are known
     ends            the ride is over: no vehicle can serve it
     to_stop_after   where the party gets off now
-    postponed_to    the pickup promised anew, for a time when the road is open again
+    postponed_to    the new promised pickup, at a time when the road is open again
     """
 
     ride_id: str

@@ -4,7 +4,7 @@ import type { Stop } from "../../shared/campus/campus_geometry";
 const EARTH_M = 6_371_008.8;
 const WITHIN_MS = 10_000;
 
-/** Farther than this nobody walks: the phone is not on the campus. */
+/** The longest walk to a stop. A phone farther away is not on the campus. */
 export const NEAR_M = 3_000;
 
 export type NearestStop =
