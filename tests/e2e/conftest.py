@@ -13,6 +13,9 @@ expect.set_options(timeout=WITHIN_MS)
 
 OpenPage = Callable[..., Page]
 
+# The second is said of what the service worker could answer neither itself nor by the server.
+NO_CONNECTION = ("net::ERR_INTERNET_DISCONNECTED", "net::ERR_FAILED")
+
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 DESKTOP = {"viewport": {"width": 1440, "height": 900}}
 
@@ -59,7 +62,7 @@ def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
 
         def heard(kind: str, text: str) -> None:
             is_meant = any(f"status of {code}" in text for code in allowed)
-            is_meant = is_meant or (goes_offline and "ERR_INTERNET_DISCONNECTED" in text)
+            is_meant = is_meant or (goes_offline and any(error in text for error in NO_CONNECTION))
             is_meant = is_meant or "Service Worker registration blocked by Playwright" in text
             if kind in ("error", "warning") and not is_meant:
                 complaints.append(text)

@@ -15,10 +15,10 @@ _CONTROLLED = "navigator.serviceWorker.ready.then(() => true)"
 
 
 def kept_page(open_page: OpenPage) -> Page:
-    """With the worker in charge, as on every visit but the first."""
+    """With the worker in charge, as on every visit but the first, and all that the page asks for loaded."""
     page = open_page("/", goes_offline=True, **PHONE, **KEPT)
     page.evaluate(_CONTROLLED)
-    page.reload()
+    page.reload(wait_until="networkidle")
     expect(page.get_by_role("heading", name="Where to?")).to_be_visible()
     return page
 
