@@ -12,7 +12,7 @@ from operator import is_
 import msgspec
 
 from contract.roads.model import Section
-from contract.roads.safety import Claim, Ground, union
+from contract.roads.safety import Claim, FreeWay, Ground, union
 
 
 class Grant(msgspec.Struct, frozen=True):
@@ -150,9 +150,11 @@ class Reservations:
         before = self._stuck_now()
         turned = self._entered(vehicle_id, vehicle.held, ahead, route_sections[-1])
         tolerated = before | {vehicle_id} if vehicle.goal is None else before - {vehicle_id}
-        if not self._ground.stuck(self._claims(vehicle_id, turned)) <= tolerated:
+        stuck = self._ground.stuck(self._claims(vehicle_id, turned))
+        if not stuck <= tolerated:
             return False
-        self._vehicles[vehicle_id] = turned
+        self._put(vehicle_id, turned)
+        self._last_test.claims, self._last_test.stuck = self._claims(), stuck
         return True
 
     def grant(self, vehicle_id: str, limit: int) -> tuple[Grant, ...]:
@@ -161,12 +163,10 @@ class Reservations:
         free = self._free_count(vehicle_id, limit)
         if free == 0:
             return ()
-        tolerated = self._stuck_now() - {vehicle_id}
         for count in range(free, 0, -1):
             moved = self._moved(vehicle_id, vehicle, count)
-            if self._ground.stuck(self._claims(vehicle_id, moved)) <= tolerated:
+            if self._take_if_safe(vehicle_id, moved):
                 granted = vehicle.ahead[:count]
-                self._vehicles[vehicle_id] = moved
                 return tuple(Grant(section_id, self._next_fence()) for section_id in granted)
         return ()
 
@@ -181,9 +181,17 @@ class Reservations:
         if len(vehicle.held) == 1:
             raise ReservationError("holds_nothing", f"{vehicle_id} stands in {section_id} and must keep it")
         number = vehicle.held.index(section_id)
-        held = vehicle.held[:number] + vehicle.held[number + 1 :]
-        self._vehicles[vehicle_id] = self._entered(vehicle_id, held, vehicle.ahead, vehicle.goal)
+        self.keep(vehicle_id, vehicle.held[:number] + vehicle.held[number + 1 :])
         return True
+
+    def keep(self, vehicle_id: str, held: Sequence[str]) -> None:
+        """The vehicle's tail has left the sections that it held besides these."""
+        vehicle = self._vehicle(vehicle_id)
+        # One that keeps others out of less makes nobody stuck.
+        was_safe = self._last_test.is_of(self._claims()) and not self._last_test.stuck
+        self._put(vehicle_id, self._entered(vehicle_id, tuple(held), vehicle.ahead, vehicle.goal))
+        if was_safe:
+            self._last_test.claims = self._claims()
 
     def blocked_by(self, vehicle_id: str) -> tuple[str, ...]:
         """The vehicle waited for: one that blocks its next section, else one that it would lock in."""
@@ -213,6 +221,31 @@ class Reservations:
             if self._ground.bits[section_id] & others:
                 return count
         return len(ahead)
+
+    def _take_if_safe(self, vehicle_id: str, moved: _Vehicle) -> bool:
+        """Move the vehicle on its free way, unless it or another one than before would be stuck.
+
+        Whoever could drive on to where it blocks nobody could have done so from where it came: a possible
+        move, which changes nothing of who is stuck (docs/contract/roads.md), so that no test is needed.
+        """
+        others = [other.claim for other_id, other in self._vehicles.items() if other_id != vehicle_id]
+        way = self._ground.free_way(moved.claim, others)
+        is_quick = way is FreeWay.TO_THE_END or (
+            way is FreeWay.TO_A_PLACE and vehicle_id not in self._stuck_now()
+        )
+        if is_quick:
+            stuck = self._last_test.stuck - {vehicle_id} if self._last_test.is_of(self._claims()) else None
+        else:
+            stuck = self._ground.stuck(self._claims(vehicle_id, moved))
+            if not stuck <= self._stuck_now() - {vehicle_id}:
+                return False
+        self._put(vehicle_id, moved)
+        if stuck is not None:
+            self._last_test.claims, self._last_test.stuck = self._claims(), stuck
+        return True
+
+    def _put(self, vehicle_id: str, vehicle: _Vehicle) -> None:
+        self._vehicles[vehicle_id] = self._restored[vehicle_id] = vehicle
 
     def _stuck_now(self) -> frozenset[str]:
         """As it is; many requests are refused between two changes."""

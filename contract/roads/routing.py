@@ -191,12 +191,14 @@ def route_line(network: RoadNetwork, route: Route) -> ReferenceLine:
 
 def _distinct(points: Array) -> NDArray[np.int64]:
     """Which points to keep so that no two neighbours all but coincide; the first and the last stay."""
+    # Lists, because reading an array number by number takes several times as long.
+    places = points.tolist()
     kept = [0]
-    for i in range(1, len(points)):
-        if math.dist(points[i], points[kept[-1]]) >= _DISTINCT_M:
+    for i, place in enumerate(places):
+        if math.dist(place, places[kept[-1]]) >= _DISTINCT_M:
             kept.append(i)
-    last = len(points) - 1
-    if math.dist(points[0], points[last]) > 0.0:
+    last = len(places) - 1
+    if math.dist(places[0], places[last]) > 0.0:
         kept = [*(kept[:-1] if len(kept) > 1 else kept), last]
     return np.array(kept, dtype=np.int64)
 

@@ -9,6 +9,7 @@ Sets of sections are integers, one bit a section.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import reduce
 from operator import or_
 
@@ -36,6 +37,14 @@ class Claim:
     need: int
     shadow_now: int
     shadow_end: int
+
+
+class FreeWay(Enum):
+    """How far a vehicle could drive at once: to its end, to a place to wait, or to neither."""
+
+    TO_THE_END = "to the end"
+    TO_A_PLACE = "to a place"
+    NONE = "none"
 
 
 class Ground:
@@ -71,28 +80,49 @@ class Ground:
         waiting = [claim for claim in claims if claim.is_moving]
         standing = {claim.vehicle_id: claim.shadow_now for claim in claims}
         while waiting:
-            needs, shadows = _Overlap(claim.need for claim in waiting), _Overlap(standing.values())
-            at_the_end: _Overlap | None = None
-            for place, claim in enumerate(waiting):
-                wanted = needs.without(claim.need)
-                in_the_way = shadows.without(standing[claim.vehicle_id])
-                if not claim.need & in_the_way and not claim.shadow_end & wanted:
-                    standing[claim.vehicle_id] = claim.shadow_end
-                    waiting = waiting[:place] + waiting[place + 1 :]
-                    break
-                if not claim.shadow_now & wanted:
-                    at_the_end = at_the_end or _at_the_end(waiting, standing)
-                    if not claim.need & at_the_end.without(claim.shadow_end):
-                        waiting = waiting[:place] + waiting[place + 1 :]
-                        break
-                moved = self._part_of_the_way(claim, in_the_way, wanted)
-                if moved is not None:
-                    standing[claim.vehicle_id] = moved.shadow_now
-                    waiting[place] = moved
-                    break
-            else:
+            left = self._after_a_pass(waiting, standing)
+            if left is None:
                 return frozenset(claim.vehicle_id for claim in waiting)
+            waiting = left
         return frozenset()
+
+    def free_way(self, claim: Claim, others: Sequence[Claim]) -> FreeWay:
+        """Where it could drive at once and block no other vehicle there."""
+        wanted = union(other.need for other in others if other.is_moving)
+        in_the_way = union(other.shadow_now for other in others)
+        if not claim.need & in_the_way and not claim.shadow_end & wanted:
+            return FreeWay.TO_THE_END
+        is_part = self._part_of_the_way(claim, in_the_way, wanted) is not None
+        return FreeWay.TO_A_PLACE if is_part else FreeWay.NONE
+
+    def _after_a_pass(self, waiting: Sequence[Claim], standing: dict[str, int]) -> list[Claim] | None:
+        """Move whom it can, in `standing` too; returns those that still wait, None where nobody moved.
+
+        What is wanted and what is in the way is that of the pass's beginning: moves only make both less, so
+        that nobody moves who may not, and the next pass sees the rest.
+        """
+        needs, shadows = _Overlap(claim.need for claim in waiting), _Overlap(standing.values())
+        at_the_end: _Overlap | None = None
+        left: list[Claim] = []
+        has_moved = False
+        for place, claim in enumerate(waiting):
+            wanted = needs.without(claim.need)
+            in_the_way = shadows.without(standing[claim.vehicle_id])
+            if not claim.need & in_the_way and not claim.shadow_end & wanted:
+                standing[claim.vehicle_id] = claim.shadow_end
+                has_moved = True
+                continue
+            if not claim.shadow_now & wanted:
+                at_the_end = at_the_end or _at_the_end(waiting, standing)
+                if not claim.need & at_the_end.without(claim.shadow_end):
+                    # It goes after all others, which therefore have to count with it where it stands.
+                    return [*left, *waiting[place + 1 :]]
+            moved = self._part_of_the_way(claim, in_the_way, wanted)
+            if moved is not None:
+                standing[claim.vehicle_id] = moved.shadow_now
+                has_moved = True
+            left.append(moved or claim)
+        return left if has_moved else None
 
     def _part_of_the_way(self, claim: Claim, in_the_way: int, wanted: int) -> Claim | None:
         """The vehicle at the farthest place that it can reach and no other needs; None if there is none."""

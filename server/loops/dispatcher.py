@@ -40,7 +40,11 @@ _EVERY_PERIOD: tuple[Callable[[UnitOfWork], object], ...] = (
     sections.extend_grants,
     promises.check_promises,
 )
-_SLOW: tuple[Callable[[UnitOfWork], object], ...] = (charging.manage_charging, plans.refresh_expected)
+_SLOW: tuple[Callable[[UnitOfWork], object], ...] = (
+    closures.keep_reachable,
+    charging.manage_charging,
+    plans.refresh_expected,
+)
 
 
 class StandsBy(LeaseLost):

@@ -62,7 +62,8 @@ def close(uow: UnitOfWork, request: CloseRoad, by: str) -> Closure:
     uow.closures.add(closure)
     _record_and_publish(uow, "road.closed", closure, by)
     uow.roads_changed()
-    update_closures(uow)
+    _begin_and_end(uow)
+    keep_reachable(uow)
     plans.assign_waiting(uow)
     return uow.closures.get(closure.closure_id) or closure
 
@@ -93,28 +94,35 @@ def update_closures(uow: UnitOfWork) -> None:
     """Begin and end closures whose time has come, and change the plans that they affect."""
     if not uow.has_closures():
         return
-    closures = tuple(due(closure, uow.now) for closure in uow.closures.standing())
-    ended = _save_due(uow, closures)
-    if ended:
-        _wake_dispatcher(uow)
-    left = [closure for closure in closures if closure.state is not ClosureState.OVER]
-    if any(closure.state is ClosureState.IN_FORCE for closure in left):
-        detours.reroute_vehicles(uow, left)
-    if any(closure.state is ClosureState.SCHEDULED for closure in left):
-        _postpone_cut_off_rides(uow, left)
+    if _begin_and_end(uow):
+        keep_reachable(uow)
 
 
-def _save_due(uow: UnitOfWork, closures: Sequence[Closure]) -> bool:
-    """Whether one of them has ended."""
-    before = {closure.closure_id: closure.state for closure in uow.closures.standing()}
-    changed = [closure for closure in closures if closure.state is not before[closure.closure_id]]
+def keep_reachable(uow: UnitOfWork) -> None:
+    """Change the plans and rides that closed roads cut off now: vehicles drive on, and new rides come."""
+    if not uow.has_closures():
+        return
+    standing = uow.closures.standing()
+    if any(closure.state is ClosureState.IN_FORCE for closure in standing):
+        detours.reroute_vehicles(uow, standing)
+    if any(closure.state is ClosureState.SCHEDULED for closure in standing):
+        _postpone_cut_off_rides(uow, standing)
+
+
+def _begin_and_end(uow: UnitOfWork) -> bool:
+    """Whether a closure has begun or ended."""
+    before = uow.closures.standing()
+    now = [due(closure, uow.now) for closure in before]
+    changed = [closure for closure, was in zip(now, before, strict=True) if closure.state is not was.state]
     for closure in changed:
         uow.closures.save(closure)
         in_force = closure.state is ClosureState.IN_FORCE
         _record_and_publish(uow, "road.closure_began" if in_force else "road.opened", closure, "")
     if changed:
         uow.roads_changed()
-    return any(closure.state is ClosureState.OVER for closure in changed)
+    if any(closure.state is ClosureState.OVER for closure in changed):
+        _wake_dispatcher(uow)
+    return bool(changed)
 
 
 def _wake_dispatcher(uow: UnitOfWork) -> None:

@@ -18,7 +18,9 @@ class SectionReservations:
         self._occupancies = {occupancy.vehicle_id: occupancy for occupancy in uow.sections.all()}
         self._controller: Reservations = uow.roads().reservations()
         for occupancy in self._occupancies.values():
-            self._restore(occupancy)
+            self._controller.restore(
+                occupancy.vehicle_id, occupancy.held_ids, occupancy.ahead, occupancy.goal
+            )
 
     def occupancy(self, vehicle_id: str) -> Occupancy:
         """Raises VehicleNotPlaced."""
@@ -77,7 +79,7 @@ class SectionReservations:
             return False
         held = tuple(section for section in occupancy.held if section != gone)
         kept = replace(occupancy, held=held)
-        self._restore(kept)
+        self._controller.keep(vehicle_id, kept.held_ids)
         self._store(kept)
         return True
 
@@ -92,9 +94,6 @@ class SectionReservations:
     def waits_for(self, vehicle_id: str) -> tuple[str, ...]:
         """The vehicles that keep this one from its next section."""
         return self._controller.blocked_by(vehicle_id)
-
-    def _restore(self, occupancy: Occupancy) -> None:
-        self._controller.restore(occupancy.vehicle_id, occupancy.held_ids, occupancy.ahead, occupancy.goal)
 
     def _store(self, occupancy: Occupancy) -> Occupancy:
         self._occupancies[occupancy.vehicle_id] = occupancy

@@ -11,6 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from contract.roads.load import MapError
 from contract.roads.model import Section
 from contract.roads.reservation import ReservationError, Reservations
+from contract.roads.safety import FreeWay, Ground
 from tests.contract.roads.driven_fleet import DrivenFleet
 from tests.contract.roads.generated_maps import generated_map
 
@@ -273,6 +274,26 @@ def test_what_is_called_safe_can_be_driven_to_the_end(
                 control.release(vehicle_id, control.held(vehicle_id)[0])
             assert control.is_safe()
         assert sum(len(control.ahead(v)) for v in routes) < left, "nobody may go on"
+
+
+@given(_claims(), st.integers(1, 4))
+@settings(max_examples=400, deadline=None)
+def test_a_vehicle_with_a_free_way_gets_what_the_whole_test_would_give(
+    drawn: tuple[list[Section], dict[str, list[str]]], limit: int
+) -> None:
+    sections, routes = drawn
+    quick, whole = Reservations(sections), Reservations(sections)
+    for control in (quick, whole):
+        for vehicle_id, way in routes.items():
+            control.restore(vehicle_id, way[:1], way[1:], way[-1])
+    for vehicle_id in (*routes, *routes):
+        granted = quick.grant(vehicle_id, limit)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Ground, "free_way", lambda *_: FreeWay.NONE)
+            assert whole.grant(vehicle_id, limit) == granted
+        for control in (quick, whole):
+            control.keep(vehicle_id, control.held(vehicle_id)[-1:])
+        assert quick.is_safe() == whole.is_safe()
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -32,6 +32,7 @@ DISPATCH: tuple[Callable[[UnitOfWork], object], ...] = (
     plans.assign_waiting,
     sections.extend_grants,
     promises.check_promises,
+    closures.keep_reachable,
     charging.manage_charging,
     plans.refresh_expected,
 )

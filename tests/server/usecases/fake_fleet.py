@@ -58,6 +58,7 @@ class FakeFleet:
             sections.extend_grants(uow)
             promises.check_promises(uow)
         if self.beats % 4 == 0:
+            closures.keep_reachable(uow)
             charging.manage_charging(uow)
         self.require_apart(uow.sections.all())
 
