@@ -1,11 +1,13 @@
 """Keeps the scene board up to date: positions come by the bus, everything else is read from the store.
 
 A message on the bus only says what to read again. The whole board is read again every READ_ALL_EVERY_S, so a
-lost message only makes it stale for some seconds.
+lost message only makes it stale for some seconds. While nobody watches nothing is read; the first who comes
+waits for a whole reading.
 """
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 import msgspec
@@ -68,7 +70,7 @@ class _PresenceFields(msgspec.Struct, frozen=True):
 
 
 class SceneFeed:
-    """Call `start`; then viewers read `board`; then `close`."""
+    """Call `start`; then viewers read the board of `watched`; then `close`."""
 
     def __init__(
         self,
@@ -85,7 +87,9 @@ class SceneFeed:
         self._supervisor = supervisor
         self._interval_s = interval_s
         self._read_all_at_ms = 0
-        self._stale = _Stale()
+        self._stale = _Stale(everything=True)
+        self._watchers = 0
+        self._reading = asyncio.Lock()
         self._incident_changes = 0
         self._shapes: RouteShapes | None = None
         self._chargers: frozenset[str] = frozenset()
@@ -98,7 +102,6 @@ class SceneFeed:
         ]
         for reader in readers:
             await reader.subscribe()
-        await self._refresh()
         refresh = PeriodicTask("feed.refresh", self._refresh, self._interval_s)
         standing: list[StandingTask] = [*readers, refresh]
         self._standing = [self._supervisor.start(task) for task in standing]
@@ -108,6 +111,17 @@ class SceneFeed:
             task.cancel()
         if self._standing:
             await asyncio.wait(self._standing)
+
+    @asynccontextmanager
+    async def watched(self) -> AsyncIterator[SceneBoard]:
+        """The board, complete at the beginning and kept up to date while this lasts. Raises StoreFailure."""
+        self._watchers += 1
+        try:
+            if self._stale.everything or self._reading.locked():
+                await self._refresh()
+            yield self.board
+        finally:
+            self._watchers -= 1
 
     # ---------------------------------------------------------------- inside
 
@@ -144,20 +158,25 @@ class SceneFeed:
         self.board.put_area(AreaScene(report.area_id, report.count, report.stamp_ns // 1_000_000))
 
     async def _refresh(self) -> None:
-        """Read again what is stale. After a failed reading everything is."""
-        now_ms = ms_of(self._clock.now())
-        if now_ms - self._read_all_at_ms >= READ_ALL_EVERY_S * 1000.0:
-            self._stale.everything = True
-        if not self._stale:
-            return
-        stale, self._stale = self._stale, _Stale()
-        if stale.everything:
-            self._read_all_at_ms = now_ms
-        try:
-            await self._read(stale)
-        except Exception:
-            self._stale.everything = True
-            raise
+        """Read again what is stale, if anybody watches. After a reading that failed everything is."""
+        async with self._reading:
+            if not self._watchers:
+                self._stale = _Stale(everything=True)
+                return
+            now_ms = ms_of(self._clock.now())
+            if now_ms - self._read_all_at_ms >= READ_ALL_EVERY_S * 1000.0:
+                self._stale.everything = True
+            if not self._stale:
+                return
+            stale, self._stale = self._stale, _Stale()
+            if stale.everything:
+                self._read_all_at_ms = now_ms
+            try:
+                await self._read(stale)
+            except (Exception, asyncio.CancelledError):
+                # Cancelled: the viewer that waited for it has gone.
+                self._stale.everything = True
+                raise
 
     async def _read(self, stale: _Stale) -> None:
         shown_before = frozenset(self.board.rides)

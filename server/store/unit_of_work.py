@@ -139,7 +139,7 @@ class SqlUnitOfWork:
             self._events = SqlEventRepository(connection, campus_id, lock)
             self.plans: PlanRepository = SqlPlanRepository(connection, campus_id, lock)
             self.orders: OrderRepository = SqlOrderRepository(connection, campus_id, lock)
-            self.sections: SectionRepository = SqlSectionRepository(connection, campus_id, lock)
+            self._sections = SqlSectionRepository(connection, campus_id, lock)
             self._vehicles = SqlVehicleRepository(connection, campus_id, lock)
             self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, lock)
             self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, lock)
@@ -152,7 +152,7 @@ class SqlUnitOfWork:
             self._rides = CachedRideRepository(connection, campus_id, lock, memory)
             self.plans = CachedPlanRepository(connection, campus_id, lock, memory)
             self.orders = CachedOrderRepository(connection, campus_id, lock, memory)
-            self.sections = CachedSectionRepository(connection, campus_id, lock, memory)
+            self._sections = CachedSectionRepository(connection, campus_id, lock, memory)
             self._vehicles = CachedVehicleRepository(connection, campus_id, lock, memory)
             self.service = CachedServiceRepository(connection, campus_id, lock, memory)
             self.incidents = CachedIncidentRepository(connection, campus_id, lock, memory)
@@ -162,6 +162,7 @@ class SqlUnitOfWork:
             self._events = CachedEventRepository(connection, campus_id, lock, memory)
         self.rides: RideRepository = self._rides
         self.vehicles: VehicleRepository = self._vehicles
+        self.sections: SectionRepository = self._sections
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)
@@ -189,6 +190,7 @@ class SqlUnitOfWork:
         """Write what waits for the end of the transaction."""
         self._rides.flush()
         self._events.flush()
+        self._sections.flush()
         self._vehicles.flush()
 
     def network(self) -> RoadNetwork:

@@ -142,13 +142,13 @@ def _saved_memory(path: Path) -> SavedMemory | None:
 
 def _replace(path: Path, data: bytes, sync: bool) -> None:
     """Writes a new file beside the old one and renames it, so that a complete file always exists."""
-    new_path = path.with_suffix(".new")
-    with new_path.open("wb") as file:
+    new_path = os.path.splitext(path)[0] + ".new"
+    with open(new_path, "wb") as file:
         file.write(data)
         file.flush()
         if sync:
             os.fsync(file.fileno())
-    new_path.replace(path)
+    os.replace(new_path, path)
     if sync:
         folder = os.open(path.parent, os.O_RDONLY)
         try:

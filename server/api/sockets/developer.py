@@ -4,6 +4,7 @@ The connection ends with its token: when it is revoked or expires.
 """
 
 import asyncio
+from contextlib import AsyncExitStack
 from datetime import datetime
 
 from fastapi import APIRouter, WebSocket
@@ -41,13 +42,15 @@ FRAMES_WAITING_MAX = 200
 async def developer_socket(websocket: WebSocket, services: InjectedServices) -> None:
     await websocket.accept()
     secret = bearer_of(websocket)
-    try:
-        token = await _token(services, secret)
-    except (TokenInvalid, ScopeMissing, StoreFailure) as error:
-        await websocket.send_text(_refusal(error))
-        await websocket.close(close_number(error, NOT_ALLOWED), error.code)
-        return
-    await _DeveloperConnection(websocket, services, secret, token).serve()
+    async with AsyncExitStack() as stack:
+        try:
+            token = await _token(services, secret)
+            await stack.enter_async_context(services.feed.watched())
+        except (TokenInvalid, ScopeMissing, StoreFailure) as error:
+            await websocket.send_text(_refusal(error))
+            await websocket.close(close_number(error, NOT_ALLOWED), error.code)
+            return
+        await _DeveloperConnection(websocket, services, secret, token).serve()
 
 
 class _DeveloperConnection:

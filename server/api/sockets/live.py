@@ -17,7 +17,7 @@ from starlette.websockets import WebSocketDisconnect
 from server.api.security.access import SESSION_COOKIE, looking_operator
 from server.api.services import InjectedServices, Services
 from server.api.sockets.outgoing import close_number
-from server.domain.errors import DomainError
+from server.domain.errors import DomainError, StoreFailure
 from server.domain.instants import ms_of
 from server.live.viewer import EverythingScope, RideScope, Scope, Viewer
 from server.usecases.rides.tickets import ride_by_token
@@ -116,12 +116,16 @@ async def _until_signed_out(websocket: WebSocket, services: Services) -> None:
 
 async def _send_scenes(websocket: WebSocket, services: Services, scope: Scope) -> None:
     viewer, loop = Viewer(scope), asyncio.get_running_loop()
-    board, interval_s = services.feed.board, services.settings.live_interval_s
-    while True:
-        message = viewer.next_message(board, ms_of(services.clock.now()))
-        if message is not None:
-            await websocket.send_text(services.feed.text.of(message))
-        await asyncio.sleep(_until_next_s(loop.time(), interval_s))
+    interval_s = services.settings.live_interval_s
+    try:
+        async with services.feed.watched() as board:
+            while True:
+                message = viewer.next_message(board, ms_of(services.clock.now()))
+                if message is not None:
+                    await websocket.send_text(services.feed.text.of(message))
+                await asyncio.sleep(_until_next_s(loop.time(), interval_s))
+    except StoreFailure as error:
+        await _refuse(websocket, close_number(error, NOT_ALLOWED), error.code, error.detail)
 
 
 def _until_next_s(now_s: float, interval_s: float) -> float:

@@ -1,5 +1,7 @@
 """Sections held by vehicles, as rows."""
 
+from collections.abc import Sequence
+
 from sqlalchemy import Connection
 
 from server.domain.orders.sections import HeldSection, Occupancy
@@ -39,34 +41,35 @@ class SqlSectionRepository(Repository):
         return () if occupancy is None else occupancy.held
 
     def save(self, occupancy: Occupancy) -> None:
-        self._write(occupancy, self._of(occupancy.vehicle_id))
+        self._write([(self._of(occupancy.vehicle_id), occupancy)])
 
     def _of(self, vehicle_id: str) -> Occupancy | None:
         rows = self._many(self._select(tables.held_sections, _held.vehicle_id == vehicle_id))
         held = tuple(HeldSection(row.section_id, row.fence) for row in rows)
         return Occupancy(vehicle_id, held, ()) if held else None
 
-    def _write(self, occupancy: Occupancy, before: Occupancy | None) -> None:
-        """What has changed since `before`."""
-        known = frozenset() if before is None else frozenset(before.held)
-        for gone in sorted(section.fence for section in known.difference(occupancy.held)):
-            self._delete(tables.held_sections, _held.fence == gone)
-        self._put_all(
-            tables.held_sections,
-            [
-                {"fence": s.fence, "vehicle_id": occupancy.vehicle_id, "section_id": s.section_id}
-                for s in occupancy.held
+    def _write(self, changes: Sequence[tuple[Occupancy | None, Occupancy]]) -> None:
+        """What has changed: of each vehicle the stored occupancy and the new one."""
+        gone: list[int] = []
+        held: list[dict[str, object]] = []
+        for before, after in changes:
+            known = frozenset() if before is None else frozenset(before.held)
+            gone += sorted(section.fence for section in known.difference(after.held))
+            held += [
+                {"fence": s.fence, "vehicle_id": after.vehicle_id, "section_id": s.section_id}
+                for s in after.held
                 if s not in known
-            ],
-        )
-        self._put(
-            tables.section_routes,
-            {
-                "vehicle_id": occupancy.vehicle_id,
-                "ahead": to_json(occupancy.ahead),
-                "goal": occupancy.goal,
-            },
-        )
+            ]
+        routes = [
+            {"vehicle_id": after.vehicle_id, "ahead": to_json(after.ahead), "goal": after.goal}
+            for _, after in changes
+        ]
+        self._remove_all(tables.held_sections, [{"fence": fence} for fence in gone])
+        self._put_all(tables.held_sections, held)
+        self._put_all(tables.section_routes, routes)
+
+    def flush(self) -> None:
+        """Write what waits for the end of the transaction."""
 
     def remove(self, vehicle_id: str) -> None:
         self._delete(tables.held_sections, _held.vehicle_id == vehicle_id)

@@ -231,9 +231,12 @@ def try_planning(uow: UnitOfWork, vehicle_id: str, make_plan: Callable[[UnitOfWo
         record_event(uow, "plan.waits", vehicle_id, "", error.detail)
 
 
-def refresh_expected(uow: UnitOfWork) -> None:
-    """Update expected times to the present positions of the vehicles."""
-    snapshot = take_snapshot(uow)
+def refresh_expected(uow: UnitOfWork, snapshot: Snapshot | None = None) -> None:
+    """Update expected times to the present positions of the vehicles.
+
+    snapshot  one of this transaction, if there is one that still holds
+    """
+    snapshot = snapshot or take_snapshot(uow)
     for route in _solve_insertions(snapshot).routes:
         if not differs_from_plan(snapshot.plans[route.vehicle_id], route):
             refresh_times(uow, snapshot, route)
@@ -254,9 +257,8 @@ class Improvement:
         return any(differs_from_plan(self.plans[route.vehicle_id], route) for route in solution.routes)
 
 
-def improvement_of(uow: UnitOfWork) -> Improvement | None:
-    """The present fleet, if something can be moved: two waiting rides, or one ride and two vehicles."""
-    snapshot = take_snapshot(uow)
+def improvement_of(snapshot: Snapshot) -> Improvement | None:
+    """The fleet, if something can be moved: two waiting rides, or one ride and two vehicles."""
     accepting = sum(vehicle.accepts for vehicle in snapshot.problem.vehicles)
     waiting = sum(len(call.board) for vehicle in snapshot.problem.vehicles for call in vehicle.calls)
     if waiting == 0 or waiting + accepting < 3:

@@ -36,10 +36,9 @@ class Demand:
     rates: Array
 
 
-def is_stale(uow: UnitOfWork, demand: Demand | None) -> bool:
+def is_stale(uow: UnitOfWork, demand: Demand) -> bool:
     """Another hour has begun, or another map is active, since it was learned."""
-    version = uow.network().map_version
-    return demand is None or (demand.map_version, demand.hour) != (version, _hour(uow.now))
+    return (demand.map_version, demand.hour) != (uow.network().map_version, _hour(uow.now))
 
 
 def learn_demand(uow: UnitOfWork) -> Demand:

@@ -68,8 +68,10 @@ class ServerUnderTest:
         rules: FleetRules | None = None,
         with_map: bool = True,
         retry: RetryPolicy = FAIL_AT_ONCE,
+        is_watched: bool = True,
         **settings: Any,
     ) -> None:
+        """is_watched: a screen is open all the time."""
         self.conductor = Conductor(1)
         self.clock = ConductedClock(self.conductor)
         self.bus = InProcessBus()
@@ -90,6 +92,9 @@ class ServerUnderTest:
         self.run(self._prepare(with_map))
         self._lifespan = self.app.router.lifespan_context(self.app)
         self.run(self._lifespan.__aenter__())
+        self._screen = self.services.feed.watched()
+        if is_watched:
+            self.run(self._screen.__aenter__())
         self.client = httpx.AsyncClient(
             transport=httpx.ASGITransport(self.app), base_url="http://campus.test"
         )

@@ -1,5 +1,6 @@
 """What screens show: what comes by the bus at once, and whatever was missed a few seconds later."""
 
+import asyncio
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -145,3 +146,48 @@ def test_incidents_and_the_map_are_on_the_board_from_the_start(server: ServerUnd
     server.transact(lambda uow: rides.call_help(uow, ride_id, "I cannot find the shuttle"))
     server.elapse(0.6)
     assert board(server).incidents.open == 1
+
+
+async def first_look(server: ServerUnderTest) -> VehicleScene:
+    async with server.services.feed.watched() as seen:
+        scene = seen.vehicle("shuttle-1")
+    assert scene is not None
+    return scene
+
+
+def test_nothing_is_read_while_nobody_watches_and_the_first_who_comes_sees_the_present(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = ServerUnderTest(tmp_path, is_watched=False)
+    server.enrol("shuttle-1", VehicleKeyPair("shuttle-1").public_base64)
+    ready(server)
+    assert server.run(first_look(server)).task.next_stop == ""
+    booked(server)
+    with monkeypatch.context() as unread:
+        unread.setattr("server.live.feed._reading", None)
+        server.elapse(3 * READ_ALL_EVERY_S)
+    assert server.run(first_look(server)).task.next_stop == "NN20"
+    server.close()
+
+
+def test_a_viewer_who_leaves_during_the_first_reading_takes_nothing_from_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = ServerUnderTest(tmp_path, is_watched=False)
+    server.enrol("shuttle-1", VehicleKeyPair("shuttle-1").public_base64)
+
+    async def slow(work: object) -> None:
+        await asyncio.sleep(60.0)
+
+    async def leaves() -> None:
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(first_look(server), 1.0)
+
+    with monkeypatch.context() as slowly:
+        slowly.setattr(server.transactions, "read", slow)
+        left = server.conductor.loop.create_task(leaves())
+        server.elapse(2.0)
+        assert left.done()
+    left.result()
+    assert server.run(first_look(server)).facts.name == "Shuttle-1"
+    server.close()

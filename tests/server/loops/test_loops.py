@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from server.dispatch.solve import Solution
+from server.dispatch.problem import Problem
+from server.dispatch.solve import Budget, Solution
 from server.domain.errors import LeaseLost
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import RideState
@@ -19,6 +20,7 @@ from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver, ProcessSolver
 from server.usecases.planning import plans
 from server.usecases.planning.decisions import SearchSettings
+from server.usecases.planning.snapshot import take_snapshot
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -64,7 +66,7 @@ def test_improvement_moves_waiting_rides_only_to_where_they_cost_less(fleet: Fak
     campus = fleet.campus
     for from_stop, to_stop in (("NN20", "C6"), ("C6", "NN7"), ("GYM", "C1"), ("NN20", "SE13")):
         fleet.book(from_stop, to_stop)
-    improvement = campus.read(plans.improvement_of)
+    improvement = campus.read(lambda uow: plans.improvement_of(take_snapshot(uow)))
     assert improvement is not None
     dispatcher = a_dispatcher(fleet, 40)
     for _ in range(5):
@@ -77,7 +79,7 @@ def test_improvement_moves_waiting_rides_only_to_where_they_cost_less(fleet: Fak
 def test_a_late_improvement_is_dropped(fleet: FakeFleet) -> None:
     campus = fleet.campus
     fleet.book("NN20", "C6")
-    improvement = campus.read(plans.improvement_of)
+    improvement = campus.read(lambda uow: plans.improvement_of(take_snapshot(uow)))
     assert improvement is not None
     search = SearchSettings(a_dispatcher(fleet)._budget, 1)
     solution = campus.wait_for(InlineSolver().solve(improvement.problem, search.budget, search.seed))
@@ -87,9 +89,36 @@ def test_a_late_improvement_is_dropped(fleet: FakeFleet) -> None:
     assert campus.read(lambda uow: uow.plans.all()) == before
 
 
+class CountingSolver(InlineSolver):
+    def __init__(self) -> None:
+        self.searches = 0
+
+    async def solve(self, problem: Problem, budget: Budget, seed: int) -> Solution:
+        self.searches += 1
+        return await super().solve(problem, budget, seed)
+
+
+def test_plans_that_searches_could_not_improve_are_searched_again_when_one_has_changed(
+    fleet: FakeFleet,
+) -> None:
+    campus, solver = fleet.campus, CountingSolver()
+    tried = Dispatcher(campus.transactions, campus.bus, solver, campus.ids, "snow-lion", 2)
+
+    def searches_in(periods: int) -> int:
+        before = solver.searches
+        for _ in range(periods * dispatcher.SLOW_PERIODS):
+            campus.wait_for(tried.run_once())
+        return solver.searches - before
+
+    fleet.book("NN20", "C6")
+    assert searches_in(6) == 2
+    fleet.book("GYM", "C6")
+    assert searches_in(1) == 1
+
+
 def test_what_a_child_process_found_is_found_again_inline(fleet: FakeFleet) -> None:
     fleet.book("NN20", "C6")
-    improvement = fleet.campus.read(plans.improvement_of)
+    improvement = fleet.campus.read(lambda uow: plans.improvement_of(take_snapshot(uow)))
     assert improvement is not None
     budget = a_dispatcher(fleet)._budget
 
@@ -134,7 +163,7 @@ def test_a_step_that_fails_keeps_no_other_step_of_the_dispatcher_from_its_work(
 
 def test_a_solver_whose_child_was_killed_has_a_new_one_for_the_next_search(fleet: FakeFleet) -> None:
     fleet.book("NN20", "C6")
-    improvement = fleet.campus.read(plans.improvement_of)
+    improvement = fleet.campus.read(lambda uow: plans.improvement_of(take_snapshot(uow)))
     assert improvement is not None
     budget = a_dispatcher(fleet)._budget
 

@@ -108,10 +108,8 @@ class Optimiser:
         self._settings = settings or settings_for(task)
         room = 2 * task.requests + _ENDS if start is None else start.route.shape[1]
         self._scratch = scratch_for(task, room)
-        self.best, self._plan, before = (self._without_requests(room) for _ in range(3))
-        if start is not None:
-            copy_plan(self.best, start)
-            copy_plan(self._plan, start)
+        before = self._without_requests(room)
+        self.best, self._plan = (_copied(before if start is None else start) for _ in range(2))
         self._undo = undo_for(before)
         self._offers = no_offers(task)
         self._pool = empty_pool(task, self._settings.columns, self._settings.visits)
@@ -179,3 +177,7 @@ class Optimiser:
         for v in range(self.task.vehicles):
             refresh(self.task, plan, self._scratch, v)
         return plan
+
+
+def _copied(plan: Plan) -> Plan:
+    return Plan(*(part.copy() for part in plan))

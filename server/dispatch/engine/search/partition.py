@@ -167,13 +167,15 @@ def _model(rules: _Rules) -> highspy.Highs:
     model.setOptionValue("output_flag", False)
     model.setOptionValue("threads", 1)
     model.setOptionValue("random_seed", 1)
-    nothing = (0, np.empty(0, np.int32), np.empty(0))
-    for served in rules.served:
-        model.addRow(float(served), float(served), *nothing)
-    for least, most in zip(rules.least, rules.most, strict=True):
-        model.addRow(float(least), float(most), *nothing)
-    for r, cost in enumerate(rules.absent):
-        model.addCol(float(cost), 0.0, float(rules.served[r]), 1, np.array([r], np.int32), np.ones(1))
+    rows = len(rules.served) + len(rules.least)
+    served = rules.served.astype(float)
+    least, most = np.concatenate([served, rules.least]), np.concatenate([served, rules.most])
+    model.addRows(rows, least, most, 0, np.zeros(rows, np.int32), np.empty(0, np.int32), np.empty(0))
+    requests = len(rules.served)
+    own_row = np.arange(requests, dtype=np.int32)
+    model.addCols(
+        requests, rules.absent, np.zeros(requests), served, requests, own_row, own_row, np.ones(requests)
+    )
     return model
 
 

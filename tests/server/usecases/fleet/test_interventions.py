@@ -26,6 +26,7 @@ from server.usecases.fleet import departures, interventions
 from server.usecases.fleet.interventions import intervene
 from server.usecases.planning import plans
 from server.usecases.planning.decisions import SearchSettings
+from server.usecases.planning.snapshot import take_snapshot
 from server.usecases.record import commands
 from server.usecases.record.dry_run import roll_back
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
@@ -295,7 +296,7 @@ def test_a_ride_given_to_a_named_shuttle_stays_there(fleet: FakeFleet) -> None:
     (effect,) = done(fleet.campus, first, wish).rides
     assert (effect.vehicle_before, effect.vehicle_after) == (first, other)
     assigned_rides(fleet, 3)
-    improvement = fleet.campus.read(plans.improvement_of)
+    improvement = fleet.campus.read(lambda uow: plans.improvement_of(take_snapshot(uow)))
     assert improvement is not None
     better = solve(improvement.problem, Budget(8), 1)
     search = SearchSettings(Budget(8), 1)

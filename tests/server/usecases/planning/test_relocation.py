@@ -11,7 +11,7 @@ from server.domain.planning.plans import Plan
 from server.domain.rides.rides import Ride, RideState
 from server.domain.rules import FleetRules
 from server.domain.service.service import ServiceException
-from server.loops.dispatcher import SLOW_PERIODS, Dispatcher
+from server.loops.dispatcher import RELOCATION_PERIODS, Dispatcher
 from server.loops.solver import InlineSolver
 from server.usecases.planning import relocation
 from server.usecases.planning.relocation import Relocation
@@ -168,7 +168,6 @@ def test_a_place_that_is_taken_is_left_to_its_owner() -> None:
 def test_what_was_learned_is_learned_anew_every_hour(fleet: FakeFleet) -> None:
     demand = fleet.campus.read(relocation.learn_demand)
     assert not fleet.campus.read(lambda uow: relocation.is_stale(uow, demand))
-    assert fleet.campus.read(lambda uow: relocation.is_stale(uow, None))
     fleet.campus.clock.advance(3600.0)
     assert fleet.campus.read(lambda uow: relocation.is_stale(uow, demand))
 
@@ -199,7 +198,7 @@ def test_the_dispatcher_sends_it() -> None:
     campus = fleet.campus
     remember(fleet, 20, 6, "stop-0")
     dispatcher = Dispatcher(campus.transactions, campus.bus, InlineSolver(), campus.ids, "small", 0)
-    for _ in range(SLOW_PERIODS):
+    for _ in range(RELOCATION_PERIODS):
         campus.clock.advance(1.0)
         campus.wait_for(dispatcher.run_once())
     assert place_of(fleet) == "bay-3"
