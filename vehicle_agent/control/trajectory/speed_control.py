@@ -41,6 +41,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
     arrive_m, arrive_mps2  farther from a stop, or if it needs less braking, the MPC alone decides
     overrun_m         an overrun of a stop that is not worth a jolt
     stand_mps         a slower vehicle stands, if no speed above start_mps is requested within start_s
+    set_off_mps2      commanded where the guard or the gate holds the vehicle; small, so that it does not leap
     """
 
     mpc: LongitudinalMpc = LongitudinalMpc()
@@ -54,11 +55,20 @@ class SpeedControl(msgspec.Struct, frozen=True):
     stand_mps: float = 0.06
     start_mps: float = 0.03
     start_s: float = 0.3
+    set_off_mps2: float = 0.08
     decel_mps2_comfort: float = 0.8
     dt_s: float = 0.02
 
     def initial(self) -> SpeedControlState:
         return SpeedControlState(PedalState(), 0.0, cold_start(self.mpc.steps))
+
+    def held(self) -> SpeedControlState:
+        """The state of a vehicle that another brake holds, or held until a moment ago.
+
+        The report of a brake that was let go is a dead time old. A vehicle that waited for it would wait for
+        the throttle's dead time once more, with next to no throttle.
+        """
+        return SpeedControlState(PedalState(), self.set_off_mps2, cold_start(self.mpc.steps))
 
     def step(
         self, state: SpeedControlState, estimate: ObserverState, observer: Observer, commands: Array,

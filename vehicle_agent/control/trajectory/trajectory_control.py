@@ -99,7 +99,7 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
         if not motion.enabled:
             state = self._without_by_wire(state, motion)
         if self._is_held_externally(state, motion):
-            state = msgspec.structs.replace(state, speed=self.speed.initial())
+            state = msgspec.structs.replace(state, speed=self.speed.held())
         holding = state.speed.pedals.holding
         estimate = self.observer.step(state.estimate, ego, motion, state.commands, holding)
         bounds, begins_again = self.bounds.step(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from benchmarks.tracking.reference_paths import ReferencePath
@@ -51,6 +52,25 @@ class Tampered:
     ) -> tuple[ControlCommand, tuple[int, TrajectoryControlState]]:
         ego, path = self.change(state[0], ego, path)
         command, driver = self.control.step(state[1], ego, path, motion)
+        return command, (state[0] + 1, driver)
+
+
+@dataclass(frozen=True, slots=True)
+class HeldByAnother:
+    """Control whose vehicle another brake holds, as the guard does, until the tick `released`."""
+
+    control: TrajectoryControl
+    released: int
+
+    def initial(self) -> tuple[int, TrajectoryControlState]:
+        return 0, self.control.initial()
+
+    def step(
+        self, state: tuple[int, TrajectoryControlState], ego: Ego, path: Path, motion: VehicleMotion
+    ) -> tuple[ControlCommand, tuple[int, TrajectoryControlState]]:
+        command, driver = self.control.step(state[1], ego, path, motion)
+        if state[0] < self.released:
+            command = msgspec.structs.replace(command, throttle_ratio=0.0, brake_ratio=0.5)
         return command, (state[0] + 1, driver)
 
 

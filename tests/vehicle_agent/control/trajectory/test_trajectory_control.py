@@ -11,10 +11,14 @@ import msgspec
 import numpy as np
 import pytest
 
+from benchmarks.tracking.timed_drive import READY_S, follow_timed, perfect
 from contract.geometry import Pose2
 from contract.runlog.arrays import dec_hook, enc_hook
+from simulator.vehicle.plant import PlantParams
 from tests.vehicle_agent.control.trajectory.shuttle_drive import (
     HANDS,
+    PROFILE,
+    HeldByAnother,
     Tampered,
     driven,
     rows_on,
@@ -22,7 +26,7 @@ from tests.vehicle_agent.control.trajectory.shuttle_drive import (
     straight,
     within_limits,
 )
-from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControlState
+from vehicle_agent.control.trajectory.trajectory_control import TrajectoryControl, TrajectoryControlState
 from vehicle_agent.signals import Ego, Path, Trajectory, VehicleMotion
 
 ROOT = File(__file__).resolve().parents[4]
@@ -242,3 +246,51 @@ def test_a_vehicle_that_the_guard_holds_for_want_of_throttle_sets_off(disturbanc
         command, state = HANDS.step(state, ego, path, motion)
         throttles.append(command.throttle_ratio)
     assert max(throttles[30:]) > 0.0
+
+
+def after_release(control: TrajectoryControl, grade_ratio: float) -> tuple[list[float], list[float]]:
+    """(places ahead, accelerations) in the two seconds after another brake let the vehicle go.
+
+    The trajectory began a second before, so that the vehicle is late and control would like to hurry.
+    """
+    tick_s = 0.02
+    released = round((READY_S + 1.0) / tick_s)
+    held = HeldByAnother(control, released)
+    plant = PlantParams(grade_ratio=grade_ratio)
+    run = follow_timed(rows_on(straight(30.0), 2.0), PROFILE, held, plant, perfect)
+    after = run.drive.trace[released : released + round(2.0 / tick_s)]
+    return after[:, 1].tolist(), after[:, 5].tolist()
+
+
+def without_set_off(control: TrajectoryControl) -> TrajectoryControl:
+    return msgspec.structs.replace(control, speed=msgspec.structs.replace(control.speed, set_off_mps2=0.0))
+
+
+def test_it_sets_off_gently_while_the_report_of_the_released_brake_is_under_way() -> None:
+    """The report is a dead time old; a vehicle that waited for it would be later, and no smoother."""
+    places_m, accels_mps2 = after_release(HANDS, 0.0)
+    waiting_m, waiting_mps2 = after_release(without_set_off(HANDS), 0.0)
+    assert places_m[50] > waiting_m[50] + 0.01
+    assert max(np.diff(accels_mps2)) < max(np.diff(waiting_mps2)) + 0.02
+
+
+@pytest.mark.parametrize(("grade_ratio", "back_m"), [(0.02, 1e-6), (0.04, 0.035)])
+def test_it_rolls_back_no_more_than_a_vehicle_that_waits_for_the_report(
+    grade_ratio: float, back_m: float
+) -> None:
+    """The slope is unknown, since the vehicle has not moved yet. Simulated sites slope by 2 % at the most."""
+    places_m, _ = after_release(HANDS, grade_ratio)
+    waiting_m, _ = after_release(without_set_off(HANDS), grade_ratio)
+    assert min(places_m) >= min(waiting_m)
+    assert min(places_m) > places_m[0] - back_m
+
+
+def test_a_vehicle_that_is_to_stand_gets_no_throttle_while_another_brake_holds_it() -> None:
+    state, now_ns = HANDS.initial(), 0
+    for tick in range(1, 200):
+        now_ns = tick * 20_000_000
+        ego = Ego(now_ns, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
+        motion = VehicleMotion(now_ns, 0.0, 0.0, 0.0, 0.5 if tick < 100 else 0.9, True, False, True, 1.0)
+        path = Path(now_ns, np.zeros((0, 2)), np.zeros(0), 0.0, "obstacle", None, 0.0, False)
+        command, state = HANDS.step(state, ego, path, motion)
+        assert command.throttle_ratio == 0.0
