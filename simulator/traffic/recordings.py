@@ -1,8 +1,9 @@
 """Recorded pedestrians and cars from files: drone clips and pavement recordings.
 
 A drone clip is a pair of CSV files, `NAME_ped_filtered.csv` (id, frame, label, x_est, y_est, vx_est, vy_est)
-and `NAME_veh_filtered.csv` (with psi_est, vel_est), in metres; `frame_rates` reads its frame rate. Cars get
-their velocity from their positions, since vel_est lags by seconds. A pavement recording is an `obsmat.txt`
+and `NAME_veh_filtered.csv` (with psi_est, vel_est), in metres; `frame_rates` reads its frame rate. Velocities
+come from the positions: vel_est of cars lags by seconds, and vx_est, vy_est of people by 0.2 s, which the
+simulated tracker would add to its own latency. A pavement recording is an `obsmat.txt`
 (frame, id, x, z, y, vx, vz, vy), 2.5 observations a second at 10 or 6 frames apart.
 """
 
@@ -23,8 +24,8 @@ PERSON_SIZE_M = 0.5
 CAR_LENGTH_M, CAR_WIDTH_M = 4.5, 1.8
 # Faster than this between two frames is a jump of the tracker.
 PERSON_MPS_MAX, CAR_MPS_MAX = 8.0, 25.0
-# A car's velocity is the slope of its positions over this time.
-CAR_WINDOW_S = 1.0
+# A velocity is the slope of the positions over this time.
+CAR_WINDOW_S, PERSON_WINDOW_S = 1.0, 0.5
 CARS_FROM = 100_000
 _PED, _VEH = "_ped_filtered.csv", "_veh_filtered.csv"
 
@@ -139,10 +140,10 @@ def _tracks(
     rows: dict[int, Array], kind: int, numbers_from: int, fps: float
 ) -> tuple[list[RecordedTrack], Repairs]:
     """The tracks by number; a piece that was cut off gets a number of its own."""
-    size_m, speed_mps_max = (
-        ((CAR_LENGTH_M, CAR_WIDTH_M), CAR_MPS_MAX)
+    size_m, speed_mps_max, window_s = (
+        ((CAR_LENGTH_M, CAR_WIDTH_M), CAR_MPS_MAX, CAR_WINDOW_S)
         if kind == VEHICLE
-        else ((PERSON_SIZE_M, PERSON_SIZE_M), PERSON_MPS_MAX)
+        else ((PERSON_SIZE_M, PERSON_SIZE_M), PERSON_MPS_MAX, PERSON_WINDOW_S)
     )
     tracks, done = [], Repairs()
     free = max(rows, default=0) + 1
@@ -152,8 +153,7 @@ def _tracks(
         pieces, repairs = repaired(timed, 1.0 / fps, speed_mps_max)
         done += repairs
         for k, piece in enumerate(pieces):
-            if kind == VEHICLE:
-                piece[:, 4:6] = velocities_mps(piece[:, 0], piece[:, 1:3], CAR_WINDOW_S)
+            piece[:, 4:6] = velocities_mps(piece[:, 0], piece[:, 1:3], window_s)
             track = _recorded(numbers_from + (free if k else number), kind, piece, size_m)
             tracks.append(replace(track, recorded_id=number))
             free += k > 0

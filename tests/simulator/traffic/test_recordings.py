@@ -48,6 +48,20 @@ def test_a_car_has_the_velocity_of_its_positions_and_not_the_lagging_estimate(tm
     assert car.states[:, 4] == pytest.approx(4.0, abs=1e-6)
 
 
+def test_a_person_has_the_velocity_of_their_positions_and_not_the_lagging_estimate(tmp_path: Path) -> None:
+    """They walk for 2 s at 1.2 m/s and stand from then on; the file's estimate notices 0.25 s later."""
+    stops, late = round(2.0 * FPS), round(0.25 * FPS)
+    ped = "".join(
+        f"3,{k},ped,{1.2 * min(k, stops) / FPS},2.0,{1.2 if k < stops + late else 0.0},0.0\n"
+        for k in range(1, 100)
+    )
+    ped += "".join(f"4,{k},ped,9.0,{1.2 * k / FPS},0.0,1.2\n" for k in range(1, 100))
+    person = drone_clips(a_folder(tmp_path, ped, ""))[0].tracks[0]
+    walks, stands = person.times_s < (stops - 7) / FPS, person.times_s > (stops + 7) / FPS
+    assert person.states[walks, 3] == pytest.approx(1.2, abs=1e-6)
+    assert person.states[stands, 3] == pytest.approx(0.0, abs=1e-6)
+
+
 @pytest.mark.parametrize("bad", ["3,1,ped,abc,2.0,1.2,0.0\n", "3,1,ped,nan,2.0,1.2,0.0\n", "3,1\n"])
 def test_a_damaged_row_is_named_by_file_and_line(tmp_path: Path, bad: str) -> None:
     with pytest.raises(RecordingError, match=r"ped_filtered\.csv, line 2"):

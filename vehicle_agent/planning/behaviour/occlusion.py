@@ -62,7 +62,7 @@ class OcclusionRules(NamedTuple):
     react_s: float
     decel_mps2: float
     creep_mps: float
-    walk_mps: float = 1.6
+    walk_mps: float = 1.8
 
 
 @njit(cache=True)

@@ -88,7 +88,7 @@ class ClearanceLaw(NamedTuple):
 class SuddenStep(NamedTuple):
     """A step out of one's straight way: its speed approaches mps with the time constant rise_s.
 
-    From 1 s on, it covers 98.8 % or more of how far recorded people come off their straight way
+    From 1 s on, it covers 99.1 % or more of how far recorded people come off their straight way
     (`benchmarks.predictions`).
     """
 

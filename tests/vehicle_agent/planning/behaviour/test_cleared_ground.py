@@ -15,7 +15,7 @@ from vehicle_agent.signals import WatchedArea
 N, HALF_M, REACH_M, RUN_MPS = 80, 0.8, 3.0, 2.2
 S = 1_000_000_000
 PATH = PathStations(np.column_stack((0.5 * np.arange(N), np.zeros(N))), np.zeros(N), np.zeros(N), 0, N)
-RULES = OcclusionRules(3.5, 0.3, HALF_M, RUN_MPS, 0.6, 5.0, 1.0)
+RULES = OcclusionRules(3.5, 0.3, HALF_M, RUN_MPS, 0.6, 5.0, 1.0, walk_mps=1.6)
 
 
 def hidden(beside_m: float = 0.5) -> np.ndarray:
