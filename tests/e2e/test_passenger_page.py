@@ -169,9 +169,10 @@ def test_a_kept_cancel_is_delivered_by_the_next_visit(open_page: OpenPage) -> No
     later = page.context.new_page()
     page.close()
     later.context.set_offline(False)
-    later.goto(link.split("#", maxsplit=1)[0])
-    expect(later.get_by_role("heading", name="Where to?")).to_be_visible()
-    later.wait_for_function("Object.keys(localStorage).every((name) => !name.includes('cancel'))")
+    with later.expect_response("**/cancel*") as delivered:
+        later.goto(link.split("#", maxsplit=1)[0])
+        expect(later.get_by_role("heading", name="Where to?")).to_be_visible()
+    assert delivered.value.ok
     later.goto(link)
     later.reload()
     expect(later.get_by_role("heading", name="Ride cancelled")).to_be_visible()

@@ -8,6 +8,7 @@ import { idempotencyKey } from "../booking/ride_request";
 import { stored_at } from "../offline";
 import { deliverKept, PendingCancel } from "./pending_cancel";
 import { rideProgress } from "./ride_progress";
+import { trackedRide } from "./tracked_ride";
 
 export type Ticket = Schemas["RideTicket"];
 export type TapState = "none" | "pending" | "refused" | "timed_out";
@@ -190,9 +191,7 @@ export function deliverKeptCancels(): void {
   });
 }
 
-/** The ride in the address, or null; the app sets it when the address changes. */
-export const trackedRide = signal<RideTracker | null>(null);
-
+/** Follows the ride of a link, or none. */
 export function trackRide(token: string | null): void {
   if ((trackedRide.value?.token ?? null) === token) return;
   trackedRide.value?.close();

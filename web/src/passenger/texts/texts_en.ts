@@ -7,6 +7,10 @@ export const en = {
     "This link is not complete. Open it again from the message that it came in, or use the ride code.",
   offline_copy: (time: string) =>
     `There is no connection. This page shows what was known at ${time}. Booking needs a connection.`,
+  language_failed: "The other language could not be loaded. Check your connection and try again.",
+  loading_view: "Loading…",
+  view_failed: "This view could not be loaded. Check your connection and reload the page.",
+  reload: "Reload the page",
   loading_map: "Loading the map…",
   map_failed: "The map could not be loaded. You can book without it.",
   loading_campus: "Loading the campus map…",
