@@ -28,6 +28,7 @@ from server.domain.errors import (
     StopUnreachable,
 )
 from server.domain.rides.rides import Ride, RideSource, RideState
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, erasure, rides
 from server.usecases.rides.tickets import secrets_of
@@ -137,4 +138,5 @@ async def erase_ride(ride_id: RideId, command: AdminCommand) -> RideRecord:
 
 def _record(uow: UnitOfWork, ride: Ride, reader: RideSource) -> RideRecord:
     """A boarding code stays with the passenger and the operators."""
-    return ride_record(ride, secrets_of(uow, ride).boarding_code if reader == "operator" else "")
+    code = secrets_of(uow, ride).boarding_code if reader == "operator" else ""
+    return ride_record(ride, code, outlook_of(uow, ride))

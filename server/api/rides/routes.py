@@ -58,6 +58,7 @@ from server.domain.rides.rides import (
     Tap,
     TapKind,
 )
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, rides
 from server.usecases.rides.tickets import ride_by_token, secrets_of
@@ -103,7 +104,7 @@ async def book_ride(
     if services.spans is not None:
         identified = {"request_id": current_request_id()}
         services.spans.add([booked.ride.ride_id], BOOKING, begun_ns, now_ns(services), **identified)
-    return ride_ticket(booked.ride, booked.secrets, booked.alternatives)
+    return ride_ticket(booked.ride, booked.secrets, booked.outlook, booked.alternatives)
 
 
 @router.get("/lookup", operation_id="find_ride", responses=problems(RideUnknown, TooManyTries))
@@ -116,7 +117,12 @@ async def find_ride(
 ) -> RideView:
     """A ride by its code, which a passenger can say aloud. Case and spaces do not matter."""
     services.limits.lookups.take(client, now_ns(services))
-    return ride_view(await services.transactions.read(lambda uow: rides.ride_by_code(uow, code)))
+
+    def work(uow: UnitOfWork) -> RideView:
+        ride = rides.ride_by_code(uow, code)
+        return ride_view(ride, outlook_of(uow, ride))
+
+    return await services.transactions.read(work)
 
 
 @router.get("/{token}", operation_id="get_ride", responses=problems(RideUnknown))
@@ -124,7 +130,9 @@ async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 
     def work(uow: UnitOfWork) -> RideTicket:
         ride = ride_by_token(uow, token)
-        return ride_ticket(ride, secrets_of(uow, ride), rides.alternatives_for(uow, ride))
+        return ride_ticket(
+            ride, secrets_of(uow, ride), outlook_of(uow, ride), rides.alternatives_for(uow, ride)
+        )
 
     return await services.transactions.read(work)
 
@@ -254,4 +262,4 @@ async def _tap(command: PassengerCommand, token: str, kind: TapKind) -> TapView:
 
 
 def _ticket(uow: UnitOfWork, ride: Ride) -> RideTicket:
-    return ride_ticket(ride, secrets_of(uow, ride))
+    return ride_ticket(ride, secrets_of(uow, ride), outlook_of(uow, ride))

@@ -9,13 +9,15 @@ import { OfflineNotice } from "./offline";
 import { address, goTo } from "./navigation";
 import { LaterViewWaiting, laterViews, loadLaterViews } from "./later/later_views";
 import { MapArea } from "./map/map_area";
+import { title_prefix } from "./page_title";
 import { trackedRide } from "./ride/tracked_ride";
 import { isLanguageMissing, switchLanguage, texts } from "./texts/texts";
 import { removeRideToken } from "./token_storage";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = texts.value.title;
+    const { title } = texts.value;
+    document.title = title_prefix.value === "" ? title : `${title_prefix.value} · ${title}`;
   });
   useSignalEffect(() => {
     laterViews.value?.trackRide(address.value.view === "ride" ? address.value.token : null);

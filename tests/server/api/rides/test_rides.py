@@ -41,6 +41,14 @@ def test_a_booking_is_answered_at_once_by_a_vehicle_and_a_promise(campus: Server
     assert len(str(ride["boarding_code"])) == 4
 
 
+def test_a_ticket_tells_a_range_for_the_pickup_and_the_seats_that_are_left(campus: ServerUnderTest) -> None:
+    ride = book(campus)
+    assert ride["pickup_earliest"] <= ride["pickup_eta"] <= ride["pickup_latest"]  # type: ignore[operator]
+    assert ride["seats_left"] == 4
+    record = campus.get(f"/rides/lookup?code={ride['ride_code']}").json()
+    assert (record["pickup_latest"], record["seats_left"]) == (ride["pickup_latest"], 4)
+
+
 def test_a_repeat_with_the_same_key_gives_the_same_ride_and_another_wish_is_refused(
     campus: ServerUnderTest,
 ) -> None:

@@ -9,10 +9,11 @@ import { clearEnds } from "../booking/ride_request";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 import { AlternativeList } from "./alternative_list";
+import { showArrival } from "./arrival_signs";
 import { DestinationChange } from "./destination_change";
 import { RideActions } from "./ride_actions";
 import type { RideProgress } from "./ride_progress";
-import { delayText, detailText, titleText, titleWithTime, vehicleName } from "./ride_texts";
+import { announcedText, delayText, detailText, titleWithTime, vehicleName } from "./ride_texts";
 import type { RideTracker, Ticket } from "./ride_tracker";
 import { TicketCard } from "./ticket_card";
 
@@ -23,6 +24,7 @@ interface RidePanelProps {
 
 export function RidePanel({ ride, campus }: RidePanelProps) {
   const [ticket, progress] = [ride.ticket.value, ride.progress.value];
+  useEffect(() => showArrival(ride), [ride]);
   const changing_destination = useSignal(false);
   if (ride.problem.value !== null)
     return (
@@ -48,13 +50,14 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
     <section class="ride">
       <FocusedTitle>{titleWithTime(ride, progress, campus.view.timezone)}</FocusedTitle>
       <p class="visually-hidden" role="status">
-        {titleText(progress.phase, vehicleName(ride))}
+        {announcedText(progress, vehicleName(ride))}
       </p>
       <RideDetails ride={ride} ticket={ticket} progress={progress} campus={campus} />
       <ConnectionAlert ride={ride} progress={progress} />
       {ticket.promise !== null && (
         <TicketCard
           ticket={ticket}
+          seats_left={ride.live.value === null ? ticket.seats_left : ride.live.value.seats_left}
           vehicle={vehicleName(ride)}
           from={stopNameById(campus.stops, ticket.from_stop, language.value)}
           to={stopNameById(campus.stops, ticket.to_stop, language.value)}
@@ -101,7 +104,7 @@ interface RideDetailsProps {
 function RideDetails({ ride, ticket, progress, campus }: RideDetailsProps) {
   const t = texts.value;
   const detail = detailText(ticket, progress, campus.view.wheelchairs_max);
-  const delay = delayText(ride, progress);
+  const delay = delayText(ride, progress, campus.view.timezone);
   return (
     <>
       {detail !== "" && <p class="lead">{detail}</p>}

@@ -121,6 +121,9 @@ export const en = {
   party: (people: number) => (people === 1 ? "1 person" : `${people} people`),
   party_wheelchairs: (chairs: number) => (chairs === 1 ? "1 wheelchair" : `${chairs} wheelchairs`),
   shuttle: "Shuttle",
+  seats_left: (seats: number) =>
+    seats === 0 ? "no seats left" : seats === 1 ? "1 seat left" : `${seats} seats left`,
+  vibrate: "Vibrate when the shuttle arrives",
 
   booked: "Your ride is booked",
   booked_for: (time: string) => `Your ride is booked for ${time}`,
@@ -130,6 +133,10 @@ export const en = {
   approaching: (name: string) => `${name} is on its way`,
   approaching_in: (name: string, minutes: string) => `${name} arrives ${minutes}`,
   approaching_at: (name: string, time: string) => `${name} arrives at ${time}`,
+  approaching_between: (name: string, from: string, to: string) =>
+    `${name} arrives between ${from} and ${to}`,
+  late: (name: string) => `${name} is late`,
+  late_in: (name: string, minutes: string) => `${name} is late and arrives ${minutes}`,
   stopped: (name: string) => `${name} has stopped`,
   unreachable: (name: string) => `${name} cannot be reached`,
   at_pickup: (name: string) => `${name} is at your stop`,
@@ -159,12 +166,29 @@ export const en = {
     `${from} to ${to} at ${time}, with ${minutes} min on foot`,
   and: " and ",
   in_minutes: (minutes: number) => (minutes === 1 ? "in 1 minute" : `in ${minutes} minutes`),
+  in_minutes_range: (from: number, to: number) => `in ${from} to ${to} minutes`,
+  in_at_most: (minutes: number) => `within ${minutes} minutes`,
+  in_at_most_a_minute: "within a minute",
   under_a_minute: "in less than a minute",
+  short_minutes: (from: number, to: number) => (from === to ? `${to} min` : `${from}–${to} min`),
+  short_here: "Here",
+  short_next_stop: "Next stop",
+  short_arrived: "Arrived",
+  short_stopped: "Stopped",
 
-  vehicle_held: "The operators have stopped the shuttle. It continues when they release it.",
-  vehicle_manual: "A person is driving the shuttle at the moment.",
-  vehicle_stopped:
-    "The shuttle has stopped because of a fault. The operators know. It continues when they have checked it; the time is not known yet.",
+  stopped_because: {
+    held: "The operators have stopped the shuttle.",
+    manual: "A person is driving the shuttle at the moment.",
+    fault: "The shuttle has stopped because of a fault. The operators know.",
+  },
+  stopped_since: (time: string) => `It has been standing since ${time}.`,
+  stopped_next: {
+    operators_release: "It continues when they release it.",
+    operators_check: "It continues when they have checked it; the time is not known yet.",
+    person_drives: "The time is not known yet.",
+  },
+  resumes_at: (time: string) => `It continues at ${time}.`,
+  another_may_come: "If another shuttle can be here sooner, it takes your ride.",
   vehicle_offline: "The server cannot reach the shuttle at the moment. Its position may be old.",
 
   tap_on_board: "I’m on board",

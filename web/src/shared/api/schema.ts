@@ -1775,6 +1775,11 @@ export interface components {
              * @description No later trip of the day leaves this stop.
              */
             is_last: boolean;
+            /**
+             * Seats Left
+             * @description Free seats when the shuttle leaves, as planned; null until the trip has one, and afterwards.
+             */
+            seats_left?: number | null;
         };
         /**
          * CampusView
@@ -3327,7 +3332,10 @@ export interface components {
          *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
          *       "vehicle_id": "shuttle-1",
+         *       "vehicle_name": "Shuttle 1",
          *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "pickup_earliest": "2026-09-01T08:17:30Z",
+         *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarded_at": null,
          *       "ended_at": null,
@@ -3338,6 +3346,7 @@ export interface components {
          *       "first_to_stop": null,
          *       "let_out": false,
          *       "stranded_by": null,
+         *       "seats_left": 2,
          *       "source": "passenger",
          *       "boarding_code": "4821",
          *       "series_id": null
@@ -3373,8 +3382,21 @@ export interface components {
             promise: components["schemas"]["PromiseView"] | null;
             /** Vehicle Id */
             vehicle_id: string | null;
+            /**
+             * Vehicle Name
+             * @description Of the shuttle that has or had the ride; empty for none.
+             * @default
+             */
+            vehicle_name: string;
             /** Pickup Eta */
             pickup_eta: string | null;
+            /**
+             * Pickup Earliest
+             * @description The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time can be promised: the party is not waiting, or its shuttle stands or is out of reach.
+             */
+            pickup_earliest?: string | null;
+            /** Pickup Latest */
+            pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
             /** Boarded At */
@@ -3406,6 +3428,11 @@ export interface components {
              * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
              */
             stranded_by: string | null;
+            /**
+             * Seats Left
+             * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
+             */
+            seats_left?: number | null;
             /**
              * Source
              * @enum {string}
@@ -3460,6 +3487,9 @@ export interface components {
         /**
          * RideScene
          * @description One ride that has not ended yet, or has ended a moment ago.
+         *
+         *         pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
+         *         seats_left  free seats of its shuttle beside the party; None while not known
          */
         RideScene: {
             ride_id: string;
@@ -3482,6 +3512,12 @@ export interface components {
             arrival_eta_ms: number;
             /** @default  */
             reason: string;
+            /** @default 0 */
+            pickup_earliest_ms: number;
+            /** @default 0 */
+            pickup_latest_ms: number;
+            /** @default null */
+            seats_left: number | null;
         };
         /**
          * RideState
@@ -3507,7 +3543,10 @@ export interface components {
          *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
          *       "vehicle_id": "shuttle-1",
+         *       "vehicle_name": "Shuttle 1",
          *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "pickup_earliest": "2026-09-01T08:17:30Z",
+         *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarded_at": null,
          *       "ended_at": null,
@@ -3518,6 +3557,7 @@ export interface components {
          *       "first_to_stop": null,
          *       "let_out": false,
          *       "stranded_by": null,
+         *       "seats_left": 2,
          *       "token": "q3Jv0X2mQp7sT4uYb1cD9w",
          *       "boarding_code": "4821",
          *       "alternatives": []
@@ -3553,8 +3593,21 @@ export interface components {
             promise: components["schemas"]["PromiseView"] | null;
             /** Vehicle Id */
             vehicle_id: string | null;
+            /**
+             * Vehicle Name
+             * @description Of the shuttle that has or had the ride; empty for none.
+             * @default
+             */
+            vehicle_name: string;
             /** Pickup Eta */
             pickup_eta: string | null;
+            /**
+             * Pickup Earliest
+             * @description The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time can be promised: the party is not waiting, or its shuttle stands or is out of reach.
+             */
+            pickup_earliest?: string | null;
+            /** Pickup Latest */
+            pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
             /** Boarded At */
@@ -3586,6 +3639,11 @@ export interface components {
              * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
              */
             stranded_by: string | null;
+            /**
+             * Seats Left
+             * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
+             */
+            seats_left?: number | null;
             /**
              * Token
              * @description The secret of the passenger's link; it allows to cancel the ride.
@@ -3624,7 +3682,10 @@ export interface components {
          *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
          *       "vehicle_id": "shuttle-1",
+         *       "vehicle_name": "Shuttle 1",
          *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "pickup_earliest": "2026-09-01T08:17:30Z",
+         *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarded_at": null,
          *       "ended_at": null,
@@ -3634,7 +3695,8 @@ export interface components {
          *       "left_early": false,
          *       "first_to_stop": null,
          *       "let_out": false,
-         *       "stranded_by": null
+         *       "stranded_by": null,
+         *       "seats_left": 2
          *     }
          */
         RideView: {
@@ -3667,8 +3729,21 @@ export interface components {
             promise: components["schemas"]["PromiseView"] | null;
             /** Vehicle Id */
             vehicle_id: string | null;
+            /**
+             * Vehicle Name
+             * @description Of the shuttle that has or had the ride; empty for none.
+             * @default
+             */
+            vehicle_name: string;
             /** Pickup Eta */
             pickup_eta: string | null;
+            /**
+             * Pickup Earliest
+             * @description The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time can be promised: the party is not waiting, or its shuttle stands or is out of reach.
+             */
+            pickup_earliest?: string | null;
+            /** Pickup Latest */
+            pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
             /** Boarded At */
@@ -3700,6 +3775,11 @@ export interface components {
              * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
              */
             stranded_by: string | null;
+            /**
+             * Seats Left
+             * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
+             */
+            seats_left?: number | null;
         };
         /**
          * RunView
@@ -4732,7 +4812,8 @@ export interface components {
              *       "visits": [],
              *       "order_waits": false,
              *       "hold_ends_ms": 0,
-             *       "charged_at_ms": 0
+             *       "charged_at_ms": 0,
+             *       "unavailable_since_ms": 0
              *     }
              */
             task: components["schemas"]["VehicleTask"];
@@ -4750,6 +4831,7 @@ export interface components {
          *         visits         in driving order, for operators
          *         order_waits    the newest plan waits until its route is safe
          *         hold_ends_ms   when the server resumes it, 0 when an operator does
+         *         unavailable_since_ms  since when it has been held, out of reach or quarantined; 0 while it is neither
          *         charged_at_ms  when it will have charged, 0 when it does not charge
          *         next_stop      stop_id of the visit it drives to or stands at, "" when it only goes to rest
          *         people_aboard  people of the rides aboard
@@ -4776,6 +4858,8 @@ export interface components {
             hold_ends_ms: number;
             /** @default 0 */
             charged_at_ms: number;
+            /** @default 0 */
+            unavailable_since_ms: number;
         };
         /**
          * VisitScene

@@ -1,0 +1,79 @@
+"""What a phone says of a ride from the booking to its end: in the page, in its title, and by vibration."""
+
+import re
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import PHONE, OpenPage
+from tests.e2e.passenger import book, cancel
+from tests.e2e.scripted_shuttle import ScriptedShuttle
+
+pytestmark = [pytest.mark.browser, pytest.mark.real]
+
+QUICK_MPS = 60.0
+SOON_MS = 90_000
+NOTE_VIBRATION = "window.pulses = []; navigator.vibrate = (pattern) => window.pulses.push(pattern) > 0;"
+
+
+def with_vibration_noted(page: Page) -> Page:
+    """The page again, on a phone that notes how it vibrates."""
+    page.add_init_script(NOTE_VIBRATION)
+    page.reload()
+    return page
+
+
+def test_a_waiting_passenger_sees_a_range_of_minutes_and_the_seats_left(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    shuttle.speed_mps = 0.0
+    book(page, "Main Library", "Gymnasium")
+    expect(page.locator("h1")).to_contain_text(
+        re.compile(r"Shuttle 1 arrives (in \d+ to \d+|within \d+) minutes")
+    )
+    expect(page).to_have_title(re.compile(r"^\d+(–\d+)? min · Campus shuttle$"))
+    expect(page.locator(".stub")).to_contain_text("5 seats left")
+    page.get_by_role("button", name="中文").click()
+    expect(page.locator("h1")).to_contain_text(re.compile(r"(\d+–\d+ 分钟后|\d+ 分钟内)到达"))
+    expect(page).to_have_title(re.compile(r"^\d+(–\d+)? 分钟 · "))
+    expect(page.locator(".stub")).to_contain_text("余 5 座")
+    page.get_by_role("button", name="EN").click()
+    cancel(page)
+    expect(page).to_have_title("Campus shuttle")
+
+
+def test_the_title_and_one_vibration_say_that_the_shuttle_is_here_and_the_ticket_names_it_to_the_end(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = with_vibration_noted(open_page("/", **PHONE))
+    shuttle.speed_mps = 0.0
+    book(page, "Main Library", "Gymnasium")
+    assert page.evaluate("window.pulses") == []
+    shuttle.speed_mps = QUICK_MPS
+    expect(page).to_have_title("Here · Campus shuttle", timeout=SOON_MS)
+    assert len(page.evaluate("window.pulses")) == 1
+    shuttle.speed_mps = 0.5
+    page.get_by_role("button", name="I’m on board").click()
+    expect(page).to_have_title("Next stop · Campus shuttle", timeout=SOON_MS)
+    shuttle.speed_mps = QUICK_MPS
+    expect(page).to_have_title("Arrived · Campus shuttle", timeout=SOON_MS)
+    page.get_by_role("button", name="I’m off").click()
+    expect(page.get_by_role("heading", name="Ride completed")).to_be_visible()
+    expect(page.locator(".stub")).to_contain_text("Shuttle 1")
+    assert len(page.evaluate("window.pulses")) == 1
+
+
+def test_who_has_switched_vibration_off_is_left_in_peace_also_later(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = with_vibration_noted(open_page("/", **PHONE))
+    shuttle.speed_mps = 0.0
+    book(page, "Main Library", "Gymnasium")
+    page.get_by_label("Vibrate when the shuttle arrives").uncheck()
+    page.reload()
+    expect(page.get_by_label("Vibrate when the shuttle arrives")).not_to_be_checked()
+    shuttle.speed_mps = QUICK_MPS
+    expect(page).to_have_title("Here · Campus shuttle", timeout=SOON_MS)
+    assert page.evaluate("window.pulses") == []
+    cancel(page)
