@@ -6,8 +6,9 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import PHONE, OpenPage
-from tests.e2e.passenger import book, cancel
+from tests.e2e.passenger import book, cancel, fill_booking
 from tests.e2e.scripted_shuttle import ScriptedShuttle
+from tests.e2e.server_process import ServerProcess
 
 pytestmark = [pytest.mark.browser, pytest.mark.real]
 
@@ -76,4 +77,34 @@ def test_who_has_switched_vibration_off_is_left_in_peace_also_later(
     shuttle.speed_mps = QUICK_MPS
     expect(page).to_have_title("Here · Campus shuttle", timeout=SOON_MS)
     assert page.evaluate("window.pulses") == []
+    cancel(page)
+
+
+def test_who_was_refused_is_told_when_a_shuttle_is_free_and_books_it_by_one_tap(
+    open_page: OpenPage, server: ServerProcess, shuttle: ScriptedShuttle
+) -> None:
+    page = with_vibration_noted(open_page("/", **PHONE))
+    page.clock.install()
+    server.change("POST", f"/vehicles/{shuttle.vehicle_id}/recall")
+    try:
+        fill_booking(page, "Main Library", "Gymnasium")
+        page.get_by_role("button", name="Book the ride").click()
+        expect(page.get_by_role("heading", name="No shuttle can take this ride")).to_be_visible()
+        page.get_by_role("button", name="Tell me when a shuttle is free").click()
+        expect(page.get_by_text("This page looks for a free shuttle.")).to_be_visible()
+        expect(page.locator(".button.main:visible")).to_have_count(1)
+    finally:
+        server.change("POST", f"/vehicles/{shuttle.vehicle_id}/release")
+    page.clock.run_for(20_000)
+    book_it = page.get_by_role("button", name=re.compile(r"Book it: pickup at about \d\d:\d\d"))
+    expect(book_it).to_be_visible()
+    expect(page).to_have_title("Free now · Campus shuttle")
+    # It is the one strong button of the page.
+    expect(page.locator(".button.main:visible")).to_have_count(1)
+    assert len(page.evaluate("window.pulses")) == 1
+    page.get_by_role("button", name="中文").click()
+    expect(page.get_by_role("button", name=re.compile("立即预约"))).to_be_visible()
+    page.get_by_role("button", name="EN").click()
+    book_it.click()
+    expect(page.locator("[data-boarding-code]")).to_be_visible()
     cancel(page)

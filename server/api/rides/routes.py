@@ -13,11 +13,13 @@ from server.api.rides.schemas import (
     DestinationRequest,
     HelpAnswer,
     HelpRequest,
+    OfferView,
     RideRequest,
     RideTicket,
     RideView,
     TapView,
     booking,
+    offer_view,
     ride_ticket,
     ride_view,
     tap_view,
@@ -61,6 +63,7 @@ from server.domain.rides.rides import (
 from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, rides
+from server.usecases.rides.offers import offer_for
 from server.usecases.rides.tickets import ride_by_token, secrets_of
 
 router = APIRouter(prefix="/rides", tags=["rides"])
@@ -105,6 +108,29 @@ async def book_ride(
         identified = {"request_id": current_request_id()}
         services.spans.add([booked.ride.ride_id], BOOKING, begun_ns, now_ns(services), **identified)
     return ride_ticket(booked.ride, booked.secrets, booked.outlook, booked.alternatives)
+
+
+@router.post(
+    "/offers",
+    operation_id="look_for_ride",
+    responses=problems(
+        StopUnknown,
+        CampusUnknown,
+        SameStop,
+        PartyInvalid,
+        StopUnreachable,
+        PartyTooLarge,
+        NoService,
+        BookingTooFarAhead,
+        TooManyTries,
+    ),
+)
+async def look_for_ride(request: RideRequest, services: InjectedServices, client: Client) -> OfferView:
+    """Whether a booking would get a shuttle now, for a party that was refused and waits for one. Nothing is
+    reserved or stored."""
+    services.limits.offers.take(client, now_ns(services))
+    wanted = booking(request, None, "passenger")
+    return offer_view(await services.transactions.read(lambda uow: offer_for(uow, wanted)))
 
 
 @router.get("/lookup", operation_id="find_ride", responses=problems(RideUnknown, TooManyTries))

@@ -19,6 +19,7 @@ from server.domain.rides.rides import (
     Tap,
 )
 from server.domain.rides.ticket_keys import RideSecrets
+from server.usecases.rides.offers import RideOffer
 
 RIDE_EXAMPLE: JsonDict = {
     "ride_id": "ride-5f2c",
@@ -160,6 +161,26 @@ class AlternativeView(BaseModel):
     arrival_at: list[datetime]
 
 
+class OfferView(BaseModel):
+    """What a booking would get now. Nothing is reserved: book to get it."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "is_free": True,
+                "rule": "",
+                "pickup_at": "2026-09-01T08:18:20Z",
+                "arrival_at": "2026-09-01T08:26:05Z",
+            }
+        }
+    )
+
+    is_free: bool
+    rule: str = Field(description="The rule that binds, empty where a shuttle is free.")
+    pickup_at: datetime | None = Field(description="As planned; null where no shuttle is free.")
+    arrival_at: datetime | None
+
+
 class RideTicket(RideView):
     """A ride as its passenger sees it."""
 
@@ -256,6 +277,12 @@ def ride_ticket(
         "alternatives": [alternative_view(one) for one in alternatives],
     }
     return RideTicket.model_validate(_fields(ride, outlook) | more)
+
+
+def offer_view(offer: RideOffer) -> OfferView:
+    return OfferView(
+        is_free=offer.is_free, rule=offer.rule, pickup_at=offer.pickup_at, arrival_at=offer.arrival_at
+    )
 
 
 def alternative_view(alternative: Alternative) -> AlternativeView:

@@ -83,7 +83,7 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
         try:
             ride = _earlier_booking(uow, request)
             if ride is None:
-                ride = _new_ride(uow, request, _closing_time(uow, request, calendar))
+                ride = _new_ride(uow, request, closing_time(uow, request, calendar))
                 uow.rides.add(ride)
                 asked[ride.ride_id] = ride, request
             answers.append(ride)
@@ -253,7 +253,7 @@ def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _closing_time(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
+def closing_time(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
     """When the service closes after the ride; None when it does not.
 
     Raises NoService, BookingTooFarAhead and what require_bookable does.

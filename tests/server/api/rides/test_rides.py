@@ -49,6 +49,23 @@ def test_a_ticket_tells_a_range_for_the_pickup_and_the_seats_that_are_left(campu
     assert (record["pickup_latest"], record["seats_left"]) == (ride["pickup_latest"], 4)
 
 
+def test_a_look_for_a_free_shuttle_stores_nothing_and_tells_what_a_booking_would_get(
+    campus: ServerUnderTest,
+) -> None:
+    offer = campus.post("/rides/offers", WISH)
+    assert offer.status_code == 200, offer.text
+    assert offer.json()["is_free"] is True
+    assert offer.json()["pickup_at"] == book(campus)["pickup_eta"]
+    unknown = campus.post("/rides/offers", WISH | {"to_stop": "the-moon"})
+    assert (unknown.status_code, unknown.json()["code"]) == (404, "stop_unknown")
+
+
+def test_looks_for_a_free_shuttle_have_a_limit_of_their_own(campus: ServerUnderTest) -> None:
+    answers = [campus.post("/rides/offers", WISH).status_code for _ in range(61)]
+    assert answers == [200] * 60 + [429]
+    book(campus)
+
+
 def test_a_repeat_with_the_same_key_gives_the_same_ride_and_another_wish_is_refused(
     campus: ServerUnderTest,
 ) -> None:

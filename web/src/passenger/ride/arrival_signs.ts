@@ -24,15 +24,21 @@ export function showArrival(ride: RideTracker): () => void {
   let last: RideState["kind"] | null = null;
   const stop = effect(() => {
     const state = ride.progress.value?.state ?? null;
-    title_prefix.value = state === null ? "" : shortText(state, nowOf(ride));
-    if (state === null) return;
-    if (hasCome(last, state.kind) && canVibrate && vibrates.peek()) navigator.vibrate(PULSES_MS);
+    // What follows a ride that has ended has a title of its own.
+    if (state === null || state.kind === "ended") return;
+    title_prefix.value = shortText(state, nowOf(ride));
+    if (hasCome(last, state.kind)) pulse();
     last = state.kind;
   });
   return () => {
     stop();
     title_prefix.value = "";
   };
+}
+
+/** Where the phone can, and its owner wants it. */
+export function pulse(): void {
+  if (canVibrate && vibrates.peek()) navigator.vibrate(PULSES_MS);
 }
 
 /** Only a change counts: a page that is opened while the shuttle stands there says it by itself. */

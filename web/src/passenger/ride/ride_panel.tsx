@@ -12,6 +12,7 @@ import { AlternativeList } from "./alternative_list";
 import { showArrival } from "./arrival_signs";
 import { DestinationChange } from "./destination_change";
 import { RideActions } from "./ride_actions";
+import { canWait, FreeShuttle } from "./free_shuttle";
 import type { RideProgress } from "./ride_progress";
 import { announcedText, delayText, detailText, titleWithTime, vehicleName } from "./ride_texts";
 import type { RideTracker, Ticket } from "./ride_tracker";
@@ -26,6 +27,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
   const [ticket, progress] = [ride.ticket.value, ride.progress.value];
   useEffect(() => showArrival(ride), [ride]);
   const changing_destination = useSignal(false);
+  const is_free = useSignal(false);
   if (ride.problem.value !== null)
     return (
       <section class="ride">
@@ -65,9 +67,19 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
           ended={progress.ended}
         />
       )}
+      {progress.phase === "refused" && canWait(ticket, campus.view.wheelchairs_max) && (
+        <FreeShuttle
+          key={ticket.ride_id}
+          ticket={ticket}
+          campus={campus}
+          onFree={(now_free) => {
+            is_free.value = now_free;
+          }}
+        />
+      )}
       <AlternativeList ticket={ticket} campus={campus} />
       {progress.ended ? (
-        <BookAnotherButton keep={progress.phase === "refused"} />
+        <BookAnotherButton keep={progress.phase === "refused"} is_strong={!is_free.value} />
       ) : (
         <RideActions
           ride={ride}
@@ -137,12 +149,17 @@ function ConnectionAlert({ ride, progress }: Omit<RideDetailsProps, "ticket" | "
   );
 }
 
-/** keep: the refused request stays filled in, so that the passenger can change it. */
-function BookAnotherButton({ keep = false }: { readonly keep?: boolean }) {
+interface BookAnotherProps {
+  /** The refused request stays filled in, so that the passenger can change it. */
+  readonly keep?: boolean;
+  readonly is_strong?: boolean;
+}
+
+function BookAnotherButton({ keep = false, is_strong = true }: BookAnotherProps) {
   return (
     <button
       type="button"
-      class="button main large wide"
+      class={is_strong ? "button main large wide" : "button wide"}
       onClick={() => {
         if (!keep) clearEnds();
         goTo({ view: "book" });

@@ -158,6 +158,12 @@ export const en = {
   failed_detail: "The operators know. Book another ride if you still need one.",
   promise_broken: "The promised time cannot be kept. The operators know.",
   promise_renewed: "The shuttle is later than first promised. The new times are below.",
+  tell_when_free: "Tell me when a shuttle is free",
+  waiting_for_free: "This page looks for a free shuttle. Keep it open.",
+  stop_waiting: "Stop looking",
+  is_free: "A shuttle is free now. It is not reserved: book it before others do.",
+  book_free: (time: string) => `Book it: pickup at about ${time}`,
+  short_free: "Free now",
   alternatives: "What is possible instead",
   alternative_later: (time: string) => `The same ride at ${time}`,
   alternative_split: (first: string, second: string, times: string) =>

@@ -86,6 +86,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/rides/offers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Look For Ride
+         * @description Whether a booking would get a shuttle now, for a party that was refused and waits for one. Nothing is
+         *     reserved or stored.
+         */
+        post: operations["look_for_ride"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides/lookup": {
         parameters: {
             query?: never;
@@ -2842,6 +2863,32 @@ export interface components {
          */
         OccurrenceState: "planned" | "trying" | "booked" | "skipped" | "refused" | "cancelled";
         /**
+         * OfferView
+         * @description What a booking would get now. Nothing is reserved: book to get it.
+         * @example {
+         *       "is_free": true,
+         *       "rule": "",
+         *       "pickup_at": "2026-09-01T08:18:20Z",
+         *       "arrival_at": "2026-09-01T08:26:05Z"
+         *     }
+         */
+        OfferView: {
+            /** Is Free */
+            is_free: boolean;
+            /**
+             * Rule
+             * @description The rule that binds, empty where a shuttle is free.
+             */
+            rule: string;
+            /**
+             * Pickup At
+             * @description As planned; null where no shuttle is free.
+             */
+            pickup_at: string | null;
+            /** Arrival At */
+            arrival_at: string | null;
+        };
+        /**
          * OperatorChange
          * @example {
          *       "roles": [
@@ -5356,6 +5403,84 @@ export interface operations {
             };
             /** @description Forbidden */
             403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    look_for_ride: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RideRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OfferView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
                 headers: {
                     [name: string]: unknown;
                 };
