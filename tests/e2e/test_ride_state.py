@@ -6,9 +6,11 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import PHONE, OpenPage
+from tests.e2e.operator import sign_in
 from tests.e2e.passenger import book, cancel, fill_booking
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
+from tests.e2e.targets import small_targets
 
 pytestmark = [pytest.mark.browser, pytest.mark.real]
 
@@ -108,3 +110,33 @@ def test_who_was_refused_is_told_when_a_shuttle_is_free_and_books_it_by_one_tap(
     book_it.click()
     expect(page.locator("[data-boarding-code]")).to_be_visible()
     cancel(page)
+
+
+def test_a_rating_and_a_lost_umbrella_reach_the_operators_and_stand_on_the_ticket(
+    open_page: OpenPage, shuttle: ScriptedShuttle
+) -> None:
+    page = open_page("/", **PHONE)
+    shuttle.speed_mps = QUICK_MPS
+    code = book(page, "Main Library", "Gymnasium")
+    for tap in ("I’m on board", "I’m off"):
+        expect(page.get_by_role("button", name=tap)).to_be_enabled(timeout=SOON_MS)
+        page.get_by_role("button", name=tap).click()
+    expect(page.get_by_role("heading", name="Ride completed")).to_be_visible()
+    expect(page.get_by_role("button", name="Send")).to_be_disabled()
+    page.get_by_title("4 of 5: good").click()
+    page.get_by_label("Left something in the shuttle?").fill("A blue umbrella")
+    assert small_targets(page, 48) == []
+    page.get_by_role("button", name="Send").click()
+    expect(page.get_by_text("Thank you. The operators can read it.")).to_be_visible()
+    page.reload()
+    expect(page.get_by_role("radio", name="4 of 5: good")).to_be_checked()
+    expect(page.get_by_label("Left something in the shuttle?")).to_have_value("A blue umbrella")
+    page.get_by_role("button", name="中文").click()
+    expect(page.get_by_text("本次乘车感觉如何？")).to_be_visible()
+    console = open_page("/console")
+    sign_in(console)
+    console.get_by_role("link", name="Rides").click()
+    console.get_by_role("button", name="All", exact=True).click()
+    told = console.locator(f'[data-ride="{code}"] [data-feedback]')
+    expect(told).to_contain_text("Rated 4 of 5")
+    expect(told).to_contain_text("A blue umbrella")

@@ -11,6 +11,8 @@ from server.api.problems import problems
 from server.api.request_ids import current_request_id
 from server.api.rides.schemas import (
     DestinationRequest,
+    FeedbackRequest,
+    FeedbackView,
     HelpAnswer,
     HelpRequest,
     OfferView,
@@ -19,6 +21,7 @@ from server.api.rides.schemas import (
     RideView,
     TapView,
     booking,
+    feedback_view,
     offer_view,
     ride_ticket,
     ride_view,
@@ -45,6 +48,7 @@ from server.domain.errors import (
     RideEnded,
     RideNotAboard,
     RideNotAssigned,
+    RideNotCompleted,
     RideUnknown,
     SameStop,
     ScopeMissing,
@@ -62,7 +66,7 @@ from server.domain.rides.rides import (
 )
 from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.rides import destinations, rides
+from server.usecases.rides import destinations, feedback, rides
 from server.usecases.rides.offers import offer_for
 from server.usecases.rides.tickets import ride_by_token, secrets_of
 
@@ -156,9 +160,9 @@ async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 
     def work(uow: UnitOfWork) -> RideTicket:
         ride = ride_by_token(uow, token)
-        return ride_ticket(
-            ride, secrets_of(uow, ride), outlook_of(uow, ride), rides.alternatives_for(uow, ride)
-        )
+        told = uow.rides.feedback_of([ride.ride_id]).get(ride.ride_id) if ride.has_ended else None
+        others = rides.alternatives_for(uow, ride)
+        return ride_ticket(ride, secrets_of(uow, ride), outlook_of(uow, ride), others, told)
 
     return await services.transactions.read(work)
 
@@ -278,6 +282,24 @@ async def call_help(token: RideToken, request: HelpRequest, command: PassengerCo
         return HelpAnswer(incident_id=rides.call_help(uow, ride.ride_id, request.text).incident_id)
 
     return await command.transact(HelpAnswer, work)
+
+
+@router.post(
+    "/{token}/feedback",
+    operation_id="give_feedback",
+    responses=problems(RideUnknown, RideNotCompleted, IdempotencyMismatch, TooManyTries),
+)
+async def give_feedback(
+    token: RideToken, request: FeedbackRequest, command: PassengerCommand
+) -> FeedbackView:
+    """A rating, and what was left in the shuttle, after a ride that was taken. Told again, it replaces what
+    was told before."""
+
+    def work(uow: UnitOfWork) -> FeedbackView:
+        ride = ride_by_token(uow, token)
+        return feedback_view(feedback.give_feedback(uow, ride, request.rating, request.lost_property))
+
+    return await command.transact(FeedbackView, work)
 
 
 async def _tap(command: PassengerCommand, token: str, kind: TapKind) -> TapView:

@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
 
 from server.api.formats import FreeText, Moment, StopId
 from server.domain.planning.decisions import Alternative, Quote, RideDecision
 from server.domain.planning.outlooks import RideOutlook
+from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import (
     BookRide,
     Promise,
@@ -87,6 +88,31 @@ class HelpRequest(BaseModel):
     )
 
     text: FreeText = ""
+
+
+class FeedbackRequest(BaseModel):
+    """At least one of both."""
+
+    model_config = ConfigDict(
+        extra="forbid", json_schema_extra={"example": {"rating": 5, "lost_property": "A blue umbrella"}}
+    )
+
+    rating: int | None = Field(None, ge=1, le=5, description="1 (bad) to 5 (good).")
+    lost_property: FreeText = Field("", description="What was left in the shuttle, and how to be reached.")
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if self.rating is None and not self.lost_property:
+            raise ValueError("give a rating, or say what was left in the shuttle")
+        return self
+
+
+class FeedbackView(BaseModel):
+    """What the passenger said after the ride. It is erased with the rider's data."""
+
+    rating: int | None
+    lost_property: str = Field(description="Empty for developers: it is the passenger's.")
+    made_at: datetime
 
 
 class PromiseView(BaseModel):
@@ -194,6 +220,7 @@ class RideTicket(RideView):
     token: str = Field(description="The secret of the passenger's link; it allows to cancel the ride.")
     boarding_code: str = Field(description="Four digits to type on the onboard screen.")
     alternatives: list[AlternativeView] = Field(description="For a refused ride, the nearest first.")
+    feedback: FeedbackView | None = Field(None, description="What the passenger has said after the ride.")
 
 
 class RideRecord(RideView):
@@ -208,6 +235,7 @@ class RideRecord(RideView):
     source: RideSource
     boarding_code: str = Field(description="Empty for developers: it is the passenger's.")
     series_id: str | None = Field(description="The recurring booking that it is a day of.")
+    feedback: FeedbackView | None = Field(None, description="What the passenger has said after the ride.")
 
 
 class QuoteView(BaseModel):
@@ -269,9 +297,14 @@ def ride_view(ride: Ride, outlook: RideOutlook) -> RideView:
 
 
 def ride_ticket(
-    ride: Ride, secrets: RideSecrets, outlook: RideOutlook, alternatives: Sequence[Alternative] = ()
+    ride: Ride,
+    secrets: RideSecrets,
+    outlook: RideOutlook,
+    alternatives: Sequence[Alternative] = (),
+    feedback: Feedback | None = None,
 ) -> RideTicket:
     more = {
+        "feedback": None if feedback is None else feedback_view(feedback),
         "token": secrets.token,
         "boarding_code": secrets.boarding_code,
         "alternatives": [alternative_view(one) for one in alternatives],
@@ -319,8 +352,20 @@ def _quote(quote: Quote | None) -> QuoteView | None:
     )
 
 
-def ride_record(ride: Ride, boarding_code: str, outlook: RideOutlook) -> RideRecord:
-    more = {"source": ride.source, "boarding_code": boarding_code, "series_id": ride.series_id}
+def feedback_view(feedback: Feedback, *, with_words: bool = True) -> FeedbackView:
+    words = feedback.lost_property if with_words else ""
+    return FeedbackView(rating=feedback.rating, lost_property=words, made_at=feedback.made_at)
+
+
+def ride_record(
+    ride: Ride, boarding_code: str, outlook: RideOutlook, feedback: FeedbackView | None = None
+) -> RideRecord:
+    more = {
+        "feedback": feedback,
+        "source": ride.source,
+        "boarding_code": boarding_code,
+        "series_id": ride.series_id,
+    }
     return RideRecord.model_validate(_fields(ride, outlook) | more)
 
 

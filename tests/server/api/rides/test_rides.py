@@ -49,6 +49,25 @@ def test_a_ticket_tells_a_range_for_the_pickup_and_the_seats_that_are_left(campu
     assert (record["pickup_latest"], record["seats_left"]) == (ride["pickup_latest"], 4)
 
 
+@pytest.mark.parametrize(
+    ("told", "status", "code"),
+    [
+        ({"rating": 5}, 409, "ride_not_completed"),
+        ({"rating": 6}, 422, "payload_invalid"),
+        ({"rating": 0}, 422, "payload_invalid"),
+        ({}, 422, "payload_invalid"),
+        ({"lost_property": "  "}, 422, "payload_invalid"),
+        ({"lost_property": "x" * 501}, 422, "payload_invalid"),
+        ({"rating": 5, "name": "Ms Wang"}, 422, "payload_invalid"),
+    ],
+)
+def test_feedback_that_cannot_be_is_refused(
+    campus: ServerUnderTest, told: dict[str, object], status: int, code: str
+) -> None:
+    answer = campus.post(f"/rides/{book(campus)['token']}/feedback", told)
+    assert (answer.status_code, answer.json()["code"]) == (status, code)
+
+
 def test_a_look_for_a_free_shuttle_stores_nothing_and_tells_what_a_booking_would_get(
     campus: ServerUnderTest,
 ) -> None:

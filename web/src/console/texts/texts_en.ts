@@ -141,6 +141,8 @@ export const en = {
     pedestrian_clearance: "people beside it",
     acceleration: "its acceleration limit",
   } satisfies Readonly<Record<SpeedLimitReason, string>>,
+  rated: (rating: number) => `Rated ${rating} of 5`,
+  lost_property: (words: string) => `Left in the shuttle: ${words}`,
   held_because: "Reason of the hold",
   stopped: "Stands",
   stopped_since: (time: string) => `since ${time}`,

@@ -118,6 +118,8 @@ export const zh: ConsoleTexts = {
     pedestrian_clearance: "旁边有行人",
     acceleration: "正在加速",
   },
+  rated: (rating) => `评分 ${rating}/5`,
+  lost_property: (words) => `遗落物品：${words}`,
   held_because: "停驶原因",
   stopped: "停车",
   stopped_since: (time) => `自 ${time} 起`,

@@ -12,6 +12,7 @@ import { AlternativeList } from "./alternative_list";
 import { showArrival } from "./arrival_signs";
 import { DestinationChange } from "./destination_change";
 import { RideActions } from "./ride_actions";
+import { FeedbackForm } from "./feedback_form";
 import { canWait, FreeShuttle } from "./free_shuttle";
 import type { RideProgress } from "./ride_progress";
 import { announcedText, delayText, detailText, titleWithTime, vehicleName } from "./ride_texts";
@@ -78,6 +79,9 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
         />
       )}
       <AlternativeList ticket={ticket} campus={campus} />
+      {progress.ended && ticket.boarded_at !== null && (
+        <FeedbackForm key={ticket.ride_id} ride={ride} ticket={ticket} />
+      )}
       {progress.ended ? (
         <BookAnotherButton keep={progress.phase === "refused"} is_strong={!is_free.value} />
       ) : (

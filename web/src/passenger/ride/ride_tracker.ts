@@ -137,6 +137,17 @@ export class RideTracker {
     return null;
   }
 
+  /** After the ride. What is told again replaces what was told before. */
+  async giveFeedback(rating: number | null, lost_property: string): Promise<Problem | null> {
+    const result = await resultOf(
+      api.POST("/api/v1/rides/{token}/feedback", {
+        params: { path: { token: this.token } },
+        body: { rating, lost_property },
+      }),
+    );
+    return result.ok ? null : result.problem;
+  }
+
   private accept(result: Result<Ticket>): void {
     batch(() => {
       if (result.ok) this.ticket.value = result.value;

@@ -268,6 +268,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/rides/{token}/feedback": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give Feedback
+         * @description A rating, and what was left in the shuttle, after a ride that was taken. Told again, it replaces what
+         *     was told before.
+         */
+        post: operations["give_feedback"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides/id/{ride_id}": {
         parameters: {
             query?: never;
@@ -2461,6 +2482,45 @@ export interface components {
             severity: "info" | "warning" | "stop";
         };
         /**
+         * FeedbackRequest
+         * @description At least one of both.
+         * @example {
+         *       "rating": 5,
+         *       "lost_property": "A blue umbrella"
+         *     }
+         */
+        FeedbackRequest: {
+            /**
+             * Rating
+             * @description 1 (bad) to 5 (good).
+             */
+            rating?: number | null;
+            /**
+             * Lost Property
+             * @description What was left in the shuttle, and how to be reached.
+             * @default
+             */
+            lost_property: string;
+        };
+        /**
+         * FeedbackView
+         * @description What the passenger said after the ride. It is erased with the rider's data.
+         */
+        FeedbackView: {
+            /** Rating */
+            rating: number | null;
+            /**
+             * Lost Property
+             * @description Empty for developers: it is the passenger's.
+             */
+            lost_property: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+        };
+        /**
          * FieldProblem
          * @description One field of the payload that does not fit.
          */
@@ -3495,6 +3555,8 @@ export interface components {
              * @description The recurring booking that it is a day of.
              */
             series_id: string | null;
+            /** @description What the passenger has said after the ride. */
+            feedback?: components["schemas"]["FeedbackView"] | null;
         };
         /**
          * RideRequest
@@ -3706,6 +3768,8 @@ export interface components {
              * @description For a refused ride, the nearest first.
              */
             alternatives: components["schemas"]["AlternativeView"][];
+            /** @description What the passenger has said after the ride. */
+            feedback?: components["schemas"]["FeedbackView"] | null;
         };
         /**
          * RideView
@@ -5965,6 +6029,90 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["HelpAnswer"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    give_feedback: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                /** @description The secret of the passenger's link, from the answer to the booking. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FeedbackRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FeedbackView"];
                 };
             };
             /** @description The body is not text. */

@@ -8,6 +8,7 @@ export const en = {
   ride_unknown: "There is no ride with this code or link. Check it, or book a new ride.",
   ride_already_aboard: "You are already on board.",
   ride_not_aboard: "The shuttle has not confirmed yet that you are on board.",
+  ride_not_completed: "Only a ride that you have taken can be rated, after its end.",
   ride_ended: "This ride has already ended.",
   ride_not_assigned: "No shuttle is assigned to your ride yet. Wait a moment.",
   illegal_transition: "The ride has changed in the meantime. Check its state and try again.",
