@@ -20,15 +20,15 @@ _EARLY_S, _EARLY_RATIO, _EARLY_S_MAX = 20.0, 0.3, 300.0
 _HORIZONS_S = (60.0, 120.0, 240.0, 480.0, 900.0)
 _LATE_S: Mapping[str, tuple[float, ...]] = {
     # The shuttle is planned to be there before the promised window opens: it has time in hand.
-    "early": (150.0, 60.0, 45.0, 45.0, 90.0, 150.0),
-    "on_time": (75.0, 45.0, 90.0, 90.0, 120.0, 150.0),
+    "early": (60.0, 30.0, 15.0, 15.0, 15.0, 15.0),
+    "on_time": (45.0, 20.0, 30.0, 30.0, 30.0, 30.0),
     # Later than it was promised at first: what has held it up may last.
-    "behind": (180.0, 240.0, 180.0, 180.0, 240.0, 240.0),
+    "behind": (120.0, 120.0, 90.0, 120.0, 150.0, 150.0),
 }
 # A pickup planned within this time after its window opens is where the promise put it.
 _ON_TIME_S = 62.0
 # For each stop before the pickup, where people get on and off and from where the plan may still change.
-_PER_STOP_S, _STOPS_MAX = 45.0, 3
+_PER_STOP_S, _STOPS_MAX = 30.0, 3
 # Both ends are rounded outwards, so that they do not move with every second.
 _STEP_S = 30.0
 

@@ -24,9 +24,10 @@ export function showArrival(ride: RideTracker): () => void {
   let last: RideState["kind"] | null = null;
   const stop = effect(() => {
     const state = ride.progress.value?.state ?? null;
-    // What follows a ride that has ended has a title of its own.
-    if (state === null || state.kind === "ended") return;
-    title_prefix.value = shortText(state, nowOf(ride));
+    if (state === null) return;
+    // Once at its end: what follows may have a title of its own.
+    if (state.kind !== "ended") title_prefix.value = shortText(state, nowOf(ride));
+    else if (last !== "ended") title_prefix.value = "";
     if (hasCome(last, state.kind)) pulse();
     last = state.kind;
   });
