@@ -1,6 +1,6 @@
 """How often a shuttle comes within the range of times that its passenger is shown.
 
-    python -m benchmarks.eta [--seeds 1 2 3] [--held-out 101 102 103] [--hours 2] [--json FILE]
+    python -m benchmarks.eta [--seeds 1 2 3] [--held-out 101 102 103] [--hours 1] [--json FILE]
 
 The simulated service (`campusloop simulate-service`) runs without faults: 20 shuttles, 120 bookings an
 hour, passengers who are slow, cancel and change their minds, operators who hold and recall shuttles and close
@@ -38,7 +38,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3], help="that the table was tuned on")
     parser.add_argument("--held-out", type=int, nargs="+", default=[101, 102, 103])
-    parser.add_argument("--hours", type=float, default=2.0, help="virtual hours of bookings for each seed")
+    parser.add_argument("--hours", type=float, default=1.0, help="virtual hours of bookings for each seed")
     parser.add_argument("--json", type=Path, default=None)
     arguments = parser.parse_args()
     ensure_kernels((*SERVER, *for_vehicle("gem")))
