@@ -195,6 +195,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             account_logins=RateLimit(settings.account_login_tries_per_minute),
             lookups=RateLimit(settings.lookups_per_minute),
             bookings=RateLimit(settings.bookings_per_minute),
+            offers=RateLimit(settings.offers_per_minute),
             commands=RateLimit(settings.commands_per_minute),
             second_factors=RateLimit(settings.second_factor_tries_per_minute),
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),

@@ -81,6 +81,9 @@ class Settings(BaseModel):
     bookings_per_minute: int = Field(
         30, ge=1, description="Bookings per client network, or per developer token; then 429."
     )
+    offers_per_minute: int = Field(
+        60, ge=1, description="Looks for a free shuttle per client network, by phones that wait; then 429."
+    )
     commands_per_minute: int = Field(
         120, ge=1, description="Commands per operator, developer token or ride; then 429."
     )

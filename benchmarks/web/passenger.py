@@ -33,7 +33,7 @@ class Booking:
 
 
 def first_load_kb(browser: Browser, server: ServerProcess) -> float:
-    """Over the wire until a booking is possible: page, scripts, styles, campus, stops; with headers."""
+    """Over the wire until a booking is possible: page, scripts, styles, texts, campus, stops; with headers."""
     context = browser.new_context(**PHONE)
     page = context.new_page()
     network = context.new_cdp_session(page)
@@ -44,7 +44,11 @@ def first_load_kb(browser: Browser, server: ServerProcess) -> float:
     network.on("Network.loadingFinished", lambda e: sizes.update({e["requestId"]: e["encodedDataLength"]}))
     page.goto(server.origin)
     page.wait_for_timeout(_SETTLE_MS)
-    named = set(re.findall(r'(?:src|href)="(/assets/[^"]+)"', page.content()))
+    # As the server sent it: what comes after the form is named in the page only later.
+    served = page.request.get(server.origin).text()
+    named = set(re.findall(r'(?:src|href)="(/assets/[^"]+)"', served))
+    language = re.compile(r"/assets/(english|problem_texts_en)-")
+    named |= {path for path in (url.removeprefix(server.origin) for url in addresses.values()) if language.match(path)}
     wanted = {server.origin + path for path in ("/", *named, *_DATA)}
     context.close()
     return sum(size for request, size in sizes.items() if addresses.get(request) in wanted) / 1000.0

@@ -77,6 +77,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.RideEnded: 409,
     errors.RideNotAssigned: 409,
     errors.RideNotEnded: 409,
+    errors.RideNotCompleted: 409,
     errors.IllegalTransition: 409,
     errors.PartyTooLarge: 409,
     errors.PartyInvalid: 400,

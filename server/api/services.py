@@ -35,6 +35,7 @@ class Limits:
     account_logins  sign-ins as one operator, from all browsers that have not
     lookups         codes tried by a client network
     bookings        of a client network or developer token
+    offers          looks of a client network for a free shuttle
     commands        of an operator, a developer token or the holder of a ride's link
     second_factors  codes of authenticators tried by an operator
     password_checks  how many passwords are compared at a time: each takes 64 MiB and a core
@@ -45,6 +46,7 @@ class Limits:
     account_logins: RateLimit
     lookups: RateLimit
     bookings: RateLimit
+    offers: RateLimit
     commands: RateLimit
     second_factors: RateLimit
     password_checks: asyncio.Semaphore

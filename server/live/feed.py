@@ -15,6 +15,7 @@ import msgspec
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.domain.instants import ms_of
+from server.domain.planning.outlooks import RideOutlook
 from server.domain.record.incidents import Incident
 from server.domain.rides.rides import ENDED, Ride, RideState
 from server.domain.rules import FleetRules
@@ -24,6 +25,7 @@ from server.live.scene import AreaScene, SceneBoard, VehicleScene
 from server.live.shared_text import SharedText
 from server.supervision.standing_tasks import PeriodicTask, StandingTask, TopicReader
 from server.supervision.supervisor import Supervisor
+from server.usecases.planning.outlooks import outlooks_of
 from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
@@ -52,11 +54,12 @@ class _Stale:
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """The result of one read transaction; incidents: None if they were not read."""
+    """The result of one read transaction; incidents: None if they were not read. outlooks: by ride id."""
 
     network: RoadNetwork | None
     vehicles: tuple[VehicleView, ...]
     rides: tuple[Ride, ...]
+    outlooks: Mapping[str, RideOutlook]
     incidents: tuple[Incident, ...] | None
     rules: FleetRules
 
@@ -187,7 +190,7 @@ class SceneFeed:
             board.incidents = incidents_scene(reading.incidents, self._incident_changes)
         shown = {ride.ride_id: ride for ride in reading.rides if _is_shown(ride, now_ms)}
         for ride in shown.values():
-            board.put_ride(ride_scene(ride))
+            board.put_ride(ride_scene(ride, outlook=reading.outlooks[ride.ride_id]))
         for ride_id in set(board.rides if stale.everything else stale.rides) - shown.keys():
             board.remove_ride(ride_id)
         parties = {ride_id: scene.party for ride_id, (_, scene) in board.rides.items()}
@@ -248,10 +251,12 @@ def _reading(uow: UnitOfWork, stale: _Stale, shown: frozenset[str]) -> _Reading:
             found |= {ride.ride_id: ride for ride in views.rides(ride_ids=ended, limit=len(ended))}
         elif not shown:
             found |= {ride.ride_id: ride for ride in views.rides(limit=RIDES_MAX)}
-        return _Reading(network, views.vehicles(), tuple(found.values()), incidents, uow.rules)
+        shown_rides = tuple(found.values())
+        outlooks = outlooks_of(uow, shown_rides)
+        return _Reading(network, views.vehicles(), shown_rides, outlooks, incidents, uow.rules)
     rides = views.rides(ride_ids=stale.rides, limit=len(stale.rides)) if stale.rides else ()
     vehicles = views.vehicles(stale.vehicles) if stale.vehicles else ()
-    return _Reading(network, vehicles, rides, incidents, uow.rules)
+    return _Reading(network, vehicles, rides, outlooks_of(uow, rides), incidents, uow.rules)
 
 
 def _is_shown(ride: Ride, now_ms: int) -> bool:

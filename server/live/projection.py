@@ -9,6 +9,7 @@ from contract.roads.model import Point
 from contract.wire.messages import Status
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.instants import ms_of
+from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.rides.rides import Ride
@@ -97,6 +98,7 @@ def _task(
         order_waits=view.order_waits,
         hold_ends_ms=ms_of(view.vehicle.hold_ends),
         charged_at_ms=ms_of(view.charged_at(rules)),
+        unavailable_since_ms=ms_of(view.vehicle.unavailable_since),
     )
 
 
@@ -113,9 +115,9 @@ def _visit(visit: PlannedVisit) -> VisitScene:
     )
 
 
-def ride_scene(ride: Ride, state: str | None = None) -> RideScene:
-    """state: a former state of the ride, for replay."""
-    promise = ride.promise
+def ride_scene(ride: Ride, state: str | None = None, outlook: RideOutlook = NO_OUTLOOK) -> RideScene:
+    """state: a former state of the ride, for replay, which has no outlook."""
+    promise, pickup = ride.promise, outlook.pickup
     return RideScene(
         ride_id=ride.ride_id,
         ride_code=ride.ride_code,
@@ -130,6 +132,9 @@ def ride_scene(ride: Ride, state: str | None = None) -> RideScene:
         pickup_eta_ms=ms_of(ride.pickup_eta),
         arrival_eta_ms=ms_of(ride.arrival_eta),
         reason=ride.reason,
+        pickup_earliest_ms=ms_of(pickup.earliest if pickup else None),
+        pickup_latest_ms=ms_of(pickup.latest if pickup else None),
+        seats_left=outlook.seats_left,
     )
 
 

@@ -57,6 +57,7 @@ class VehicleTask(msgspec.Struct, frozen=True):
     visits         in driving order, for operators
     order_waits    the newest plan waits until its route is safe
     hold_ends_ms   when the server resumes it, 0 when an operator does
+    unavailable_since_ms  since when it has been held, out of reach or quarantined; 0 while it is neither
     charged_at_ms  when it will have charged, 0 when it does not charge
     next_stop      stop_id of the visit it drives to or stands at, "" when it only goes to rest
     people_aboard  people of the rides aboard
@@ -72,6 +73,7 @@ class VehicleTask(msgspec.Struct, frozen=True):
     order_waits: bool = False
     hold_ends_ms: int = 0
     charged_at_ms: int = 0
+    unavailable_since_ms: int = 0
 
 
 class CommandScene(msgspec.Struct, frozen=True):
@@ -105,7 +107,11 @@ class VehicleScene(msgspec.Struct, frozen=True):
 
 
 class RideScene(msgspec.Struct, frozen=True):
-    """One ride that has not ended yet, or has ended a moment ago."""
+    """One ride that has not ended yet, or has ended a moment ago.
+
+    pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
+    seats_left  free seats of its shuttle beside the party; None while not known
+    """
 
     ride_id: str
     ride_code: str
@@ -120,6 +126,9 @@ class RideScene(msgspec.Struct, frozen=True):
     pickup_eta_ms: int = 0
     arrival_eta_ms: int = 0
     reason: str = ""
+    pickup_earliest_ms: int = 0
+    pickup_latest_ms: int = 0
+    seats_left: int | None = None
 
 
 class AreaScene(msgspec.Struct, frozen=True):

@@ -190,7 +190,8 @@ _WITHOUT_SHUTTLE = frozenset({"completed", "refused", "cancelled", "no_show", "f
 
 def _for_passenger(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
     """A shuttle as a passenger sees it: where it is, its mode and HMI output. Whatever else it reports stays
-    with the operators: other rides, faults, commands, and why it is held."""
+    with the operators: other rides, faults, commands, and why it is held. Since when and until when it
+    stands is told."""
     facts, task = vehicle.facts, vehicle.task
     return VehicleScene(
         vehicle.vehicle_id,
@@ -203,7 +204,13 @@ def _for_passenger(vehicle: VehicleScene, ride: RideScene) -> VehicleScene:
             facts.in_service,
             mode=facts.mode,
         ),
-        VehicleTask(task.next_stop, task.people_aboard, route=task.route),
+        VehicleTask(
+            task.next_stop,
+            task.people_aboard,
+            route=task.route,
+            hold_ends_ms=task.hold_ends_ms,
+            unavailable_since_ms=task.unavailable_since_ms,
+        ),
         None if vehicle.status is None else _status_for_passenger(vehicle.status, ride),
         vehicle.heard_ms,
     )

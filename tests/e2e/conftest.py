@@ -13,8 +13,13 @@ expect.set_options(timeout=WITHIN_MS)
 
 OpenPage = Callable[..., Page]
 
-# The second is said of what the service worker could answer neither itself nor by the server.
-NO_CONNECTION = ("net::ERR_INTERNET_DISCONNECTED", "net::ERR_FAILED")
+# The second is said of what the service worker could answer neither itself nor by the server, the third of an
+# attempt at the live view that was under way when the network came back.
+NO_CONNECTION = (
+    "net::ERR_INTERNET_DISCONNECTED",
+    "net::ERR_FAILED",
+    "WebSocket is closed before the connection is established",
+)
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 DESKTOP = {"viewport": {"width": 1440, "height": 900}}

@@ -13,6 +13,7 @@ from server.api.rides.schemas import (
     DestinationRequest,
     RideRecord,
     decision_view,
+    feedback_view,
     ride_record,
 )
 from server.api.security.access import DRIVER_REFUSALS, OPERATOR_REFUSALS, READER_REFUSALS, Reader
@@ -27,7 +28,9 @@ from server.domain.errors import (
     StopUnknown,
     StopUnreachable,
 )
+from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import Ride, RideSource, RideState
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, erasure, rides
 from server.usecases.rides.tickets import secrets_of
@@ -54,7 +57,8 @@ async def list_rides(
         found = uow.views.rides(
             states=state, vehicle_id=vehicle_id, limit=limit + 1, before=before, after=after
         )
-        return [_record(uow, ride, reader.kind) for ride in found]
+        told = uow.rides.feedback_of([ride.ride_id for ride in found if ride.has_ended])
+        return [_record(uow, ride, reader.kind, told.get(ride.ride_id)) for ride in found]
 
     records = await services.transactions.read(work)
     return page.first(records, limit, lambda ride: (microseconds_of(ride.requested_at), ride.ride_id))
@@ -64,9 +68,11 @@ async def list_rides(
     "/id/{ride_id}", operation_id="get_ride_record", responses=problems(RideUnknown, *READER_REFUSALS)
 )
 async def get_ride_record(ride_id: RideId, services: InjectedServices, reader: Reader) -> RideRecord:
-    return await services.transactions.read(
-        lambda uow: _record(uow, rides.ride_of(uow, ride_id), reader.kind)
-    )
+    def work(uow: UnitOfWork) -> RideRecord:
+        ride = rides.ride_of(uow, ride_id)
+        return _record(uow, ride, reader.kind, uow.rides.feedback_of([ride_id]).get(ride_id))
+
+    return await services.transactions.read(work)
 
 
 @router.get(
@@ -135,6 +141,8 @@ async def erase_ride(ride_id: RideId, command: AdminCommand) -> RideRecord:
     return await command.transact(RideRecord, work)
 
 
-def _record(uow: UnitOfWork, ride: Ride, reader: RideSource) -> RideRecord:
-    """A boarding code stays with the passenger and the operators."""
-    return ride_record(ride, secrets_of(uow, ride).boarding_code if reader == "operator" else "")
+def _record(uow: UnitOfWork, ride: Ride, reader: RideSource, told: Feedback | None = None) -> RideRecord:
+    """A boarding code and a passenger's words stay with the passenger and the operators."""
+    code = secrets_of(uow, ride).boarding_code if reader == "operator" else ""
+    feedback = None if told is None else feedback_view(told, with_words=reader == "operator")
+    return ride_record(ride, code, outlook_of(uow, ride), feedback)

@@ -11,13 +11,18 @@ from server.api.problems import problems
 from server.api.request_ids import current_request_id
 from server.api.rides.schemas import (
     DestinationRequest,
+    FeedbackRequest,
+    FeedbackView,
     HelpAnswer,
     HelpRequest,
+    OfferView,
     RideRequest,
     RideTicket,
     RideView,
     TapView,
     booking,
+    feedback_view,
+    offer_view,
     ride_ticket,
     ride_view,
     tap_view,
@@ -43,6 +48,7 @@ from server.domain.errors import (
     RideEnded,
     RideNotAboard,
     RideNotAssigned,
+    RideNotCompleted,
     RideUnknown,
     SameStop,
     ScopeMissing,
@@ -58,8 +64,10 @@ from server.domain.rides.rides import (
     Tap,
     TapKind,
 )
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.rides import destinations, rides
+from server.usecases.rides import destinations, feedback, rides
+from server.usecases.rides.offers import offer_for
 from server.usecases.rides.tickets import ride_by_token, secrets_of
 
 router = APIRouter(prefix="/rides", tags=["rides"])
@@ -103,7 +111,30 @@ async def book_ride(
     if services.spans is not None:
         identified = {"request_id": current_request_id()}
         services.spans.add([booked.ride.ride_id], BOOKING, begun_ns, now_ns(services), **identified)
-    return ride_ticket(booked.ride, booked.secrets, booked.alternatives)
+    return ride_ticket(booked.ride, booked.secrets, booked.outlook, booked.alternatives)
+
+
+@router.post(
+    "/offers",
+    operation_id="look_for_ride",
+    responses=problems(
+        StopUnknown,
+        CampusUnknown,
+        SameStop,
+        PartyInvalid,
+        StopUnreachable,
+        PartyTooLarge,
+        NoService,
+        BookingTooFarAhead,
+        TooManyTries,
+    ),
+)
+async def look_for_ride(request: RideRequest, services: InjectedServices, client: Client) -> OfferView:
+    """Whether a booking would get a shuttle now, for a party that was refused and waits for one. Nothing is
+    reserved or stored."""
+    services.limits.offers.take(client, now_ns(services))
+    wanted = booking(request, None, "passenger")
+    return offer_view(await services.transactions.read(lambda uow: offer_for(uow, wanted)))
 
 
 @router.get("/lookup", operation_id="find_ride", responses=problems(RideUnknown, TooManyTries))
@@ -116,7 +147,12 @@ async def find_ride(
 ) -> RideView:
     """A ride by its code, which a passenger can say aloud. Case and spaces do not matter."""
     services.limits.lookups.take(client, now_ns(services))
-    return ride_view(await services.transactions.read(lambda uow: rides.ride_by_code(uow, code)))
+
+    def work(uow: UnitOfWork) -> RideView:
+        ride = rides.ride_by_code(uow, code)
+        return ride_view(ride, outlook_of(uow, ride))
+
+    return await services.transactions.read(work)
 
 
 @router.get("/{token}", operation_id="get_ride", responses=problems(RideUnknown))
@@ -124,7 +160,9 @@ async def get_ride(token: RideToken, services: InjectedServices) -> RideTicket:
 
     def work(uow: UnitOfWork) -> RideTicket:
         ride = ride_by_token(uow, token)
-        return ride_ticket(ride, secrets_of(uow, ride), rides.alternatives_for(uow, ride))
+        told = uow.rides.feedback_of([ride.ride_id]).get(ride.ride_id) if ride.has_ended else None
+        others = rides.alternatives_for(uow, ride)
+        return ride_ticket(ride, secrets_of(uow, ride), outlook_of(uow, ride), others, told)
 
     return await services.transactions.read(work)
 
@@ -246,6 +284,24 @@ async def call_help(token: RideToken, request: HelpRequest, command: PassengerCo
     return await command.transact(HelpAnswer, work)
 
 
+@router.post(
+    "/{token}/feedback",
+    operation_id="give_feedback",
+    responses=problems(RideUnknown, RideNotCompleted, IdempotencyMismatch, TooManyTries),
+)
+async def give_feedback(
+    token: RideToken, request: FeedbackRequest, command: PassengerCommand
+) -> FeedbackView:
+    """A rating, and what was left in the shuttle, after a ride that was taken. Told again, it replaces what
+    was told before."""
+
+    def work(uow: UnitOfWork) -> FeedbackView:
+        ride = ride_by_token(uow, token)
+        return feedback_view(feedback.give_feedback(uow, ride, request.rating, request.lost_property))
+
+    return await command.transact(FeedbackView, work)
+
+
 async def _tap(command: PassengerCommand, token: str, kind: TapKind) -> TapView:
     def work(uow: UnitOfWork) -> TapView:
         return tap_view(rides.tap(uow, ride_by_token(uow, token).ride_id, kind))
@@ -254,4 +310,4 @@ async def _tap(command: PassengerCommand, token: str, kind: TapKind) -> TapView:
 
 
 def _ticket(uow: UnitOfWork, ride: Ride) -> RideTicket:
-    return ride_ticket(ride, secrets_of(uow, ride))
+    return ride_ticket(ride, secrets_of(uow, ride), outlook_of(uow, ride))

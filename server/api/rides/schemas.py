@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
 
 from server.api.formats import FreeText, Moment, StopId
 from server.domain.planning.decisions import Alternative, Quote, RideDecision
+from server.domain.planning.outlooks import RideOutlook
+from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import (
     BookRide,
     Promise,
@@ -18,6 +20,7 @@ from server.domain.rides.rides import (
     Tap,
 )
 from server.domain.rides.ticket_keys import RideSecrets
+from server.usecases.rides.offers import RideOffer
 
 RIDE_EXAMPLE: JsonDict = {
     "ride_id": "ride-5f2c",
@@ -35,7 +38,10 @@ RIDE_EXAMPLE: JsonDict = {
         "arrive_by": "2026-09-01T08:34:00Z",
     },
     "vehicle_id": "shuttle-1",
+    "vehicle_name": "Shuttle 1",
     "pickup_eta": "2026-09-01T08:18:20Z",
+    "pickup_earliest": "2026-09-01T08:17:30Z",
+    "pickup_latest": "2026-09-01T08:20:30Z",
     "arrival_eta": "2026-09-01T08:26:05Z",
     "boarded_at": None,
     "ended_at": None,
@@ -46,6 +52,7 @@ RIDE_EXAMPLE: JsonDict = {
     "first_to_stop": None,
     "let_out": False,
     "stranded_by": None,
+    "seats_left": 2,
 }
 
 
@@ -83,6 +90,31 @@ class HelpRequest(BaseModel):
     text: FreeText = ""
 
 
+class FeedbackRequest(BaseModel):
+    """At least one of both."""
+
+    model_config = ConfigDict(
+        extra="forbid", json_schema_extra={"example": {"rating": 5, "lost_property": "A blue umbrella"}}
+    )
+
+    rating: int | None = Field(None, ge=1, le=5, description="1 (bad) to 5 (good).")
+    lost_property: FreeText = Field("", description="What was left in the shuttle, and how to be reached.")
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if self.rating is None and not self.lost_property:
+            raise ValueError("give a rating, or say what was left in the shuttle")
+        return self
+
+
+class FeedbackView(BaseModel):
+    """What the passenger said after the ride. It is erased with the rider's data."""
+
+    rating: int | None
+    lost_property: str = Field(description="Empty for developers: it is the passenger's.")
+    made_at: datetime
+
+
 class PromiseView(BaseModel):
     """The party is picked up within [pickup_from, pickup_to] and is there by arrive_by."""
 
@@ -111,7 +143,14 @@ class RideView(BaseModel):
     requested_at: datetime
     promise: PromiseView | None
     vehicle_id: str | None
+    vehicle_name: str = Field("", description="Of the shuttle that has or had the ride; empty for none.")
     pickup_eta: datetime | None
+    pickup_earliest: datetime | None = Field(
+        None,
+        description="The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time "
+        "can be promised: the party is not waiting, or its shuttle stands or is out of reach.",
+    )
+    pickup_latest: datetime | None = None
     arrival_eta: datetime | None
     boarded_at: datetime | None
     ended_at: datetime | None
@@ -126,6 +165,10 @@ class RideView(BaseModel):
     let_out: bool = Field(description="The party asked to get off as soon as possible: to_stop is where.")
     stranded_by: str | None = Field(
         description="The shuttle that carried the party and cannot go on: another one comes to from_stop."
+    )
+    seats_left: int | None = Field(
+        None,
+        description="Free seats of the shuttle beside the party, on the fullest part of the ride as planned.",
     )
 
 
@@ -144,6 +187,26 @@ class AlternativeView(BaseModel):
     arrival_at: list[datetime]
 
 
+class OfferView(BaseModel):
+    """What a booking would get now. Nothing is reserved: book to get it."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "is_free": True,
+                "rule": "",
+                "pickup_at": "2026-09-01T08:18:20Z",
+                "arrival_at": "2026-09-01T08:26:05Z",
+            }
+        }
+    )
+
+    is_free: bool
+    rule: str = Field(description="The rule that binds, empty where a shuttle is free.")
+    pickup_at: datetime | None = Field(description="As planned; null where no shuttle is free.")
+    arrival_at: datetime | None
+
+
 class RideTicket(RideView):
     """A ride as its passenger sees it."""
 
@@ -157,6 +220,7 @@ class RideTicket(RideView):
     token: str = Field(description="The secret of the passenger's link; it allows to cancel the ride.")
     boarding_code: str = Field(description="Four digits to type on the onboard screen.")
     alternatives: list[AlternativeView] = Field(description="For a refused ride, the nearest first.")
+    feedback: FeedbackView | None = Field(None, description="What the passenger has said after the ride.")
 
 
 class RideRecord(RideView):
@@ -171,6 +235,7 @@ class RideRecord(RideView):
     source: RideSource
     boarding_code: str = Field(description="Empty for developers: it is the passenger's.")
     series_id: str | None = Field(description="The recurring booking that it is a day of.")
+    feedback: FeedbackView | None = Field(None, description="What the passenger has said after the ride.")
 
 
 class QuoteView(BaseModel):
@@ -227,17 +292,30 @@ def booking(request: RideRequest, idempotency_key: str | None, source: RideSourc
     )
 
 
-def ride_view(ride: Ride) -> RideView:
-    return RideView.model_validate(_fields(ride))
+def ride_view(ride: Ride, outlook: RideOutlook) -> RideView:
+    return RideView.model_validate(_fields(ride, outlook))
 
 
-def ride_ticket(ride: Ride, secrets: RideSecrets, alternatives: Sequence[Alternative] = ()) -> RideTicket:
+def ride_ticket(
+    ride: Ride,
+    secrets: RideSecrets,
+    outlook: RideOutlook,
+    alternatives: Sequence[Alternative] = (),
+    feedback: Feedback | None = None,
+) -> RideTicket:
     more = {
+        "feedback": None if feedback is None else feedback_view(feedback),
         "token": secrets.token,
         "boarding_code": secrets.boarding_code,
         "alternatives": [alternative_view(one) for one in alternatives],
     }
-    return RideTicket.model_validate(_fields(ride) | more)
+    return RideTicket.model_validate(_fields(ride, outlook) | more)
+
+
+def offer_view(offer: RideOffer) -> OfferView:
+    return OfferView(
+        is_free=offer.is_free, rule=offer.rule, pickup_at=offer.pickup_at, arrival_at=offer.arrival_at
+    )
 
 
 def alternative_view(alternative: Alternative) -> AlternativeView:
@@ -274,16 +352,29 @@ def _quote(quote: Quote | None) -> QuoteView | None:
     )
 
 
-def ride_record(ride: Ride, boarding_code: str) -> RideRecord:
-    more = {"source": ride.source, "boarding_code": boarding_code, "series_id": ride.series_id}
-    return RideRecord.model_validate(_fields(ride) | more)
+def feedback_view(feedback: Feedback, *, with_words: bool = True) -> FeedbackView:
+    words = feedback.lost_property if with_words else ""
+    return FeedbackView(rating=feedback.rating, lost_property=words, made_at=feedback.made_at)
+
+
+def ride_record(
+    ride: Ride, boarding_code: str, outlook: RideOutlook, feedback: FeedbackView | None = None
+) -> RideRecord:
+    more = {
+        "feedback": feedback,
+        "source": ride.source,
+        "boarding_code": boarding_code,
+        "series_id": ride.series_id,
+    }
+    return RideRecord.model_validate(_fields(ride, outlook) | more)
 
 
 def tap_view(tap: Tap) -> TapView:
     return TapView(tap_id=tap.tap_id, kind=tap.kind, state=tap.state, reason=tap.reason)
 
 
-def _fields(ride: Ride) -> dict[str, object]:
+def _fields(ride: Ride, outlook: RideOutlook) -> dict[str, object]:
+    pickup = outlook.pickup
     return {
         "ride_id": ride.ride_id,
         "ride_code": ride.ride_code,
@@ -296,7 +387,10 @@ def _fields(ride: Ride) -> dict[str, object]:
         "requested_at": ride.requested_at,
         "promise": None if ride.promise is None else _promise(ride.promise),
         "vehicle_id": ride.vehicle_id,
+        "vehicle_name": outlook.vehicle_name,
         "pickup_eta": ride.pickup_eta,
+        "pickup_earliest": None if pickup is None else pickup.earliest,
+        "pickup_latest": None if pickup is None else pickup.latest,
         "arrival_eta": ride.arrival_eta,
         "boarded_at": ride.boarded_at,
         "ended_at": ride.ended_at,
@@ -308,6 +402,7 @@ def _fields(ride: Ride) -> dict[str, object]:
         "first_to_stop": ride.first_to_stop,
         "let_out": ride.let_out,
         "stranded_by": ride.stranded_by,
+        "seats_left": outlook.seats_left,
     }
 
 

@@ -159,7 +159,7 @@ def _day(view: OccurrenceView) -> DayView:
         state=occurrence.state,
         reason=occurrence.reason,
         reason_detail=occurrence.reason_detail,
-        ride=None if view.ride is None else ride_ticket(view.ride, view.secrets),
+        ride=None if view.ride is None else ride_ticket(view.ride, view.secrets, view.outlook),
     )
 
 

@@ -31,6 +31,7 @@ from server.domain.errors import (
 )
 from server.domain.service.service import ServiceException
 from server.usecases.fleet import service
+from server.usecases.planning.outlooks import seats_left_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import calendars
 
@@ -52,7 +53,9 @@ async def get_timetable(services: InjectedServices, day: AskedDay = None) -> Tim
     def work(uow: UnitOfWork) -> TimetableDay:
         road_map = uow.network().road_map
         named = {trip.trip_id: trip.service_id for trip in road_map.timetable}
-        return timetable_day(calendars.service_day(uow, day), road_map.timezone, named)
+        shown = calendars.service_day(uow, day)
+        seats_left = {one.departure_id: seats_left_of(uow, one) for one in shown.departures}
+        return timetable_day(shown, road_map.timezone, named, seats_left)
 
     return await services.transactions.read(work)
 

@@ -1,5 +1,6 @@
 """The service's days and hours, and a day's timetable, as pages and operators see them."""
 
+from collections.abc import Mapping, Sequence
 from datetime import date, datetime
 from typing import Annotated
 
@@ -116,6 +117,11 @@ class CallView(BaseModel):
     stop_id: str
     leave_at: datetime
     is_last: bool = Field(description="No later trip of the day leaves this stop.")
+    seats_left: int | None = Field(
+        None,
+        description="Free seats when the shuttle leaves, as planned; null until the trip has one, and "
+        "afterwards.",
+    )
 
 
 class TripView(BaseModel):
@@ -200,8 +206,13 @@ def exception_view(exception: ServiceException) -> ExceptionView:
     )
 
 
-def timetable_day(shown: ServiceDay, timezone: str, services: dict[str, str]) -> TimetableDay:
-    """services: trip -> its service."""
+def timetable_day(
+    shown: ServiceDay,
+    timezone: str,
+    services: dict[str, str],
+    seats_left: Mapping[str, Sequence[int | None]],
+) -> TimetableDay:
+    """services: trip -> its service. seats_left: departure -> free seats when it leaves each call."""
     last = shown.last_run
     trips = [
         TripView(
@@ -212,8 +223,9 @@ def timetable_day(shown: ServiceDay, timezone: str, services: dict[str, str]) ->
                     stop_id=call.stop_id,
                     leave_at=call.leave_at,
                     is_last=shown.last_calls[call.stop_id] == call.leave_at,
+                    seats_left=free,
                 )
-                for call in departure.calls
+                for call, free in zip(departure.calls, seats_left[departure.departure_id], strict=True)
             ],
             is_last_run=last is departure,
             state=departure.state,

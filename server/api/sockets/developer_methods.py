@@ -1,5 +1,6 @@
 """The methods of /ws/developer."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import msgspec
@@ -21,6 +22,7 @@ from server.api.sockets.developer_messages import (
 )
 from server.api.sockets.json_rpc import Method
 from server.domain.fleet.vehicles import VehicleCommand
+from server.domain.planning.outlooks import RideOutlook
 from server.domain.record.audit import AuditAction, Caller
 from server.domain.rides.rides import Ride
 from server.domain.roads.stops import CampusStop
@@ -28,6 +30,7 @@ from server.live.projection import ride_scene
 from server.live.scene import VehicleScene
 from server.live.viewer import EverythingScope, Viewer
 from server.usecases.fleet import campus, vehicle_commands
+from server.usecases.planning.outlooks import outlooks_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.dry_run import roll_back
 
@@ -89,16 +92,18 @@ class DeveloperMethods:
             moment, ride_id = of_kinds(position_of(params.cursor), int, str)
             after = (moment_of(moment), str(ride_id))
 
-        def work(uow: UnitOfWork) -> tuple[Ride, ...]:
-            return uow.views.rides(states=params.states, limit=params.limit + 1, after=after)
+        def work(uow: UnitOfWork) -> tuple[tuple[Ride, ...], Mapping[str, RideOutlook]]:
+            listed = uow.views.rides(states=params.states, limit=params.limit + 1, after=after)
+            return listed, outlooks_of(uow, listed)
 
-        found = await self._services.transactions.read(work)
+        found, outlooks = await self._services.transactions.read(work)
+        scenes = tuple(ride_scene(ride, outlook=outlooks[ride.ride_id]) for ride in found[: params.limit])
         shown = found[: params.limit]
         if len(found) == len(shown):
-            return RidesPage(tuple(ride_scene(ride) for ride in shown))
+            return RidesPage(scenes)
         last = shown[-1]
         cursor = cursor_of((microseconds_of(last.requested_at), last.ride_id))
-        return RidesPage(tuple(ride_scene(ride) for ride in shown), cursor)
+        return RidesPage(scenes, cursor)
 
     async def _send_to_stop(self, params: SendToStop) -> SentVisit:
         def work(uow: UnitOfWork) -> SentVisit:

@@ -58,6 +58,7 @@ from server.domain.errors import (
 )
 from server.domain.record.audit import AuditAction, Caller
 from server.usecases.fleet import vehicle_commands, vehicles
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import audit, identity
 from server.usecases.record.dry_run import roll_back
@@ -193,7 +194,9 @@ async def evacuate_vehicle(vehicle_id: VehicleId, command: EvacuationCommand) ->
 
     def work(uow: UnitOfWork) -> list[RideRecord]:
         moved = lost_vehicles.evacuate(uow, vehicle_id, command.by)
-        return [ride_record(ride, secrets_of(uow, ride).boarding_code) for ride in moved]
+        return [
+            ride_record(ride, secrets_of(uow, ride).boarding_code, outlook_of(uow, ride)) for ride in moved
+        ]
 
     return await command.transact(list[RideRecord], work)
 

@@ -33,6 +33,12 @@ class RideNotEnded(DomainError):
     code = "ride_not_ended"
 
 
+class RideNotCompleted(DomainError):
+    """Nobody has taken this ride, or it goes on: there is nothing to rate yet."""
+
+    code = "ride_not_completed"
+
+
 class RideNotAssigned(DomainError):
     """No shuttle has the ride yet."""
 

@@ -6,6 +6,7 @@ from datetime import datetime
 
 from sqlalchemy import ColumnElement, Connection, bindparam, select
 
+from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import (
     ENDED,
     ERASED,
@@ -20,6 +21,7 @@ from server.store.writing.campus_lock import CampusLock
 
 _ride = tables.rides.c
 _tap = tables.taps.c
+_feedback = tables.ride_feedback.c
 # Asked for every message to a vehicle: made once.
 _PENDING_TAPS = (
     select(tables.taps)
@@ -112,6 +114,7 @@ class SqlRideRepository(Repository):
         ride_ids = [ride.ride_id for ride in rides]
         self._update(tables.rides, {"old_token_sha256": None}, _ride.ride_id.in_(ride_ids))
         self._delete(tables.taps, _tap.ride_id.in_(ride_ids))
+        self._delete(tables.ride_feedback, _feedback.ride_id.in_(ride_ids))
 
     def add_tap(self, tap: Tap) -> None:
         self._insert(tables.taps, _tap_to_row(tap))
@@ -126,6 +129,26 @@ class SqlRideRepository(Repository):
     def pending_taps(self, vehicle_id: str) -> tuple[Tap, ...]:
         named = {"campus_id": self._campus_id, "vehicle_id": vehicle_id}
         return tuple(_tap_from_row(row) for row in self._connection.execute(_PENDING_TAPS, named))
+
+    def save_feedback(self, feedback: Feedback) -> None:
+        self._put(
+            tables.ride_feedback,
+            {
+                "ride_id": feedback.ride_id,
+                "rating": feedback.rating,
+                "lost_property": feedback.lost_property,
+                "made_at": feedback.made_at,
+            },
+        )
+
+    def feedback_of(self, ride_ids: Sequence[str]) -> dict[str, Feedback]:
+        if not ride_ids:
+            return {}
+        rows = self._many(self._select(tables.ride_feedback, _feedback.ride_id.in_(ride_ids)))
+        return {
+            row.ride_id: Feedback(row.campus_id, row.ride_id, row.rating, row.lost_property, row.made_at)
+            for row in rows
+        }
 
     def _listed(self, *conditions: ColumnElement[bool]) -> tuple[Ride, ...]:
         self.flush()

@@ -74,6 +74,15 @@ taps = Table(
     text("reason"),
     Index(None, "campus_id", "vehicle_id", "state"),
 )
+ride_feedback = Table(
+    "ride_feedback",
+    metadata,
+    campus_key(),
+    key("ride_id"),
+    Column("rating", Integer, nullable=True),
+    text("lost_property"),
+    instant("made_at"),
+)
 series = Table(
     "series",
     metadata,

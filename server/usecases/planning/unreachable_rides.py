@@ -36,7 +36,7 @@ def book_around_closures(uow: UnitOfWork, rides: Sequence[Ride], assign: Assign)
     its time, it gets its promise now, and its vehicle when the road is open.
     """
     standing = uow.closures.standing()
-    refused = {ride.ride_id for ride in rides if _is_cut_off_then(uow, ride, standing)}
+    refused = {ride.ride_id for ride in rides if is_cut_off_then(uow, ride, standing)}
     asked = [ride for ride in rides if ride.ride_id not in refused]
     answers = dict(zip([ride.ride_id for ride in asked], assign(uow, asked) if asked else [], strict=True))
     for ride in asked:
@@ -83,7 +83,7 @@ def will_be_cut_off(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) ->
     return roads.closed_to(closed).is_cut_off(ride.from_stop, ride.to_stop)
 
 
-def _is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
+def is_cut_off_then(uow: UnitOfWork, ride: Ride, standing: Sequence[Closure]) -> bool:
     """The stops are cut off at the requested time, as far as present closures tell."""
     roads = uow.roads()
     soonest = ride.earliest + timedelta(seconds=roads.direct_s(ride.from_stop, ride.to_stop))

@@ -1,10 +1,11 @@
 """Rides, recurring bookings and the decisions about them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date, datetime
 from typing import Protocol
 
 from server.domain.planning.decisions import Decision, RideDecision
+from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import Ride, RideState, Tap
 from server.domain.rides.series import Occurrence, Series, SeriesState
 from server.usecases.ports.views import MomentAndId
@@ -48,7 +49,15 @@ class RideRepository(Protocol):
         ...
 
     def erase(self, rides: Sequence[Ride]) -> None:
-        """Store erased rides, and drop their links of before there were ticket keys and their taps."""
+        """Store erased rides, and drop their links of before there were ticket keys, taps and feedback."""
+        ...
+
+    def save_feedback(self, feedback: Feedback) -> None:
+        """In place of what was told of this ride before."""
+        ...
+
+    def feedback_of(self, ride_ids: Sequence[str]) -> Mapping[str, Feedback]:
+        """By ride id; rides without any are left out."""
         ...
 
     def add_tap(self, tap: Tap) -> None: ...

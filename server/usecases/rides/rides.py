@@ -24,6 +24,7 @@ from server.domain.errors import (
     VehicleNotConnected,
 )
 from server.domain.planning.decisions import Alternative
+from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
 from server.domain.record.incidents import Incident, IncidentKind
 from server.domain.rides.rides import (
     BookRide,
@@ -38,6 +39,7 @@ from server.domain.rides.ticket_keys import RideSecrets
 from server.domain.service.service import ServiceCalendar
 from server.usecases.planning import plans, unreachable_rides
 from server.usecases.planning.assign import AssignmentResult, assign_rides
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
@@ -55,6 +57,7 @@ class BookingResult:
     ride: Ride
     secrets: RideSecrets
     alternatives: tuple[Alternative, ...] = ()
+    outlook: RideOutlook = NO_OUTLOOK
 
 
 def book(uow: UnitOfWork, request: BookRide) -> Ride:
@@ -80,7 +83,7 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
         try:
             ride = _earlier_booking(uow, request)
             if ride is None:
-                ride = _new_ride(uow, request, _closing_time(uow, request, calendar))
+                ride = _new_ride(uow, request, closing_time(uow, request, calendar))
                 uow.rides.add(ride)
                 asked[ride.ride_id] = ride, request
             answers.append(ride)
@@ -100,7 +103,9 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
         _record_and_publish(
             uow, booked, "ride.refused" if answer.rule else "ride.booked", request.source, detail
         )
-        decided[ride.ride_id] = BookingResult(booked, secrets_of(uow, booked), answer.alternatives)
+        decided[ride.ride_id] = BookingResult(
+            booked, secrets_of(uow, booked), answer.alternatives, outlook_of(uow, booked)
+        )
     return [
         answer if isinstance(answer, DomainError) else decided.get(answer.ride_id) or _repeated(uow, answer)
         for answer in answers
@@ -108,7 +113,7 @@ def book_all(uow: UnitOfWork, requests: Sequence[BookRide]) -> list[BookingResul
 
 
 def _repeated(uow: UnitOfWork, ride: Ride) -> BookingResult:
-    return BookingResult(ride, secrets_of(uow, ride), alternatives_for(uow, ride))
+    return BookingResult(ride, secrets_of(uow, ride), alternatives_for(uow, ride), outlook_of(uow, ride))
 
 
 def _assign(uow: UnitOfWork, rides: Sequence[Ride], walking: frozenset[str]) -> list[AssignmentResult]:
@@ -248,7 +253,7 @@ def require_bookable(uow: UnitOfWork, request: BookRide) -> None:
         raise StopUnreachable("no road leads from the one stop to the other")
 
 
-def _closing_time(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
+def closing_time(uow: UnitOfWork, request: BookRide, calendar: ServiceCalendar) -> datetime | None:
     """When the service closes after the ride; None when it does not.
 
     Raises NoService, BookingTooFarAhead and what require_bookable does.

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 
 from server.domain.errors import IdempotencyMismatch, NoService, RideRefused, SeriesInvalid, SeriesUnknown
+from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
 from server.domain.rides import series as domain
 from server.domain.rides.rides import BookRide, Ride, RideState
 from server.domain.rides.series import (
@@ -18,6 +19,7 @@ from server.domain.rides.series import (
 )
 from server.domain.rides.ticket_keys import RideSecrets
 from server.domain.service.service import ServiceCalendar
+from server.usecases.planning.outlooks import outlook_of
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.calendars import calendar_of
@@ -30,11 +32,12 @@ _TOO_LATE = ("no_vehicle_free", "its time came before a shuttle could be found")
 
 @dataclass(frozen=True, slots=True)
 class OccurrenceView:
-    """ride is None while there is none, and when there will be none; secrets are the ride's."""
+    """ride is None while there is none, and when there will be none; secrets and outlook are the ride's."""
 
     occurrence: Occurrence
     ride: Ride | None
     secrets: RideSecrets
+    outlook: RideOutlook
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,8 @@ def occurrences_of(uow: UnitOfWork, series: Series) -> tuple[OccurrenceView, ...
         if occurrence is not None:
             ride = None if occurrence.ride_id is None else uow.rides.get(occurrence.ride_id)
             secrets = RideSecrets("", "") if ride is None else secrets_of(uow, ride)
-            views.append(OccurrenceView(occurrence, ride, secrets))
+            outlook = NO_OUTLOOK if ride is None else outlook_of(uow, ride)
+            views.append(OccurrenceView(occurrence, ride, secrets, outlook))
     return tuple(views)
 
 

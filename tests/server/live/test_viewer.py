@@ -173,7 +173,7 @@ def test_a_passenger_learns_nothing_else_that_a_shuttle_reports() -> None:
         hold_detail="the driver is late",
     )
     facts = VehicleFacts("Shuttle 1", 6, 1, connected=True, held=True, charging=True, mode="held")
-    task = VehicleTask("gate", 2, at_charger=True, hold_ends_ms=5, charged_at_ms=6)
+    task = VehicleTask("gate", 2, at_charger=True, hold_ends_ms=5, charged_at_ms=6, unavailable_since_ms=4)
     board, viewer = a_board(), Viewer(RideScope("ride-1"))
     board.put_vehicle(VehicleScene("shuttle-1", facts, task, reported, 1000))
     first = viewer.next_message(board, 1)
@@ -187,7 +187,10 @@ def test_a_passenger_learns_nothing_else_that_a_shuttle_reports() -> None:
         "pose_map", "speed_mps", "mode", "doors_open", "visit_id", "aboard", "screen", "spoken"
     }  # fmt: skip
     assert seen.facts == msgspec.structs.replace(facts, charging=False)
-    assert (seen.task, seen.heard_ms) == (VehicleTask("gate", 2), 1000)
+    assert (seen.task, seen.heard_ms) == (
+        VehicleTask("gate", 2, hold_ends_ms=5, unavailable_since_ms=4),
+        1000,
+    )
 
 
 def test_a_passenger_changes_shuttles_with_the_ride_and_loses_it_at_the_end() -> None:

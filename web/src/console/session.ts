@@ -5,6 +5,7 @@ import type { Problem } from "../shared/api/problem";
 import { problemFrom } from "../shared/api/problem";
 import { monotonic_ms } from "../shared/live/clock";
 import { LiveLink } from "../shared/live/live_link";
+import type { Knowledge } from "../shared/state/knowledge";
 import { askSecondFactor } from "./account/second_factor_question";
 
 type Session = Schemas["SessionView"];
@@ -31,6 +32,12 @@ export const age_s = computed(() => {
 export const is_stale = computed(
   () => link.value !== null && (link.value.state.value === "lost" || age_s.value > STALE_S),
 );
+
+/** What the live view knows, for the state of shuttles and rides; only now or not now, so that it changes rarely. */
+export const knowledge = computed<Knowledge>(() => {
+  const known_ms = link.value?.scene.value?.at_ms ?? 0;
+  return { now_ms: known_ms, known_ms, is_cut_off: is_stale.value };
+});
 
 /** Requests as they were before they were sent: one that needs the second factor is sent again. */
 const changes = new Map<string, Request>();

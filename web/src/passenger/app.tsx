@@ -7,22 +7,23 @@ import { LanguageSwitch } from "../shared/ui/language_switch";
 import { BookingPanel } from "./booking/booking_panel";
 import { OfflineNotice } from "./offline";
 import { address, goTo } from "./navigation";
+import { LaterViewWaiting, laterViews, loadLaterViews } from "./later/later_views";
 import { MapArea } from "./map/map_area";
-import { HelpButton, HelpReceipt } from "./ride/help_call";
-import { RideLookupPanel } from "./ride/ride_lookup_panel";
-import { RidePanel } from "./ride/ride_panel";
-import { trackRide, trackedRide } from "./ride/ride_tracker";
-import { SeriesPanel } from "./series/series_panel";
-import { texts } from "./texts/texts";
-import { TimetablePanel } from "./timetable/timetable_panel";
+import { title_prefix } from "./page_title";
+import { trackedRide } from "./ride/tracked_ride";
+import { isLanguageMissing, switchLanguage, texts } from "./texts/texts";
 import { removeRideToken } from "./token_storage";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = texts.value.title;
+    const { title } = texts.value;
+    document.title = title_prefix.value === "" ? title : `${title_prefix.value} · ${title}`;
   });
   useSignalEffect(() => {
-    trackRide(address.value.view === "ride" ? address.value.token : null);
+    laterViews.value?.trackRide(address.value.view === "ride" ? address.value.token : null);
+  });
+  useSignalEffect(() => {
+    if (address.value.view !== "book") void loadLaterViews();
   });
   useSignalEffect(() => {
     const ride = trackedRide.value;
@@ -33,7 +34,7 @@ export function App() {
     const needed = trackedRide.value?.link.scene.value?.map_version;
     if (drawn !== undefined && needed !== undefined && needed !== drawn) void loadCampus();
   });
-  const ride = trackedRide.value;
+  const [ride, views] = [trackedRide.value, laterViews.value];
   const has_help = ride?.progress.value?.ended === false;
   return (
     <>
@@ -43,8 +44,8 @@ export function App() {
       <header class="top">
         <Logo />
         <strong>{texts.value.title}</strong>
-        <LanguageSwitch />
-        {has_help && <HelpButton ride={ride} />}
+        <LanguageSwitch onChoose={(choice) => void switchLanguage(choice)} />
+        {has_help && views !== null && <views.HelpButton ride={ride} />}
       </header>
       <main>{campus.value === null ? <CampusLoading /> : <Page campus={campus.value} />}</main>
     </>
@@ -58,30 +59,36 @@ function skipToPanel(event: Event): void {
 }
 
 function Page({ campus }: { readonly campus: Campus }) {
-  const ride = trackedRide.value;
-  const shown = address.value;
+  const [ride, views] = [trackedRide.value, laterViews.value];
+  const { timezone } = campus.view;
   return (
-    <div class={`page view-${shown.view}`}>
+    <div class={`page view-${address.value.view}`}>
       <MapArea campus={campus} />
       <div class="panel" id="panel" tabIndex={-1}>
-        <OfflineNotice timezone={campus.view.timezone} />
-        {ride !== null && <HelpReceipt ride={ride} timezone={campus.view.timezone} />}
-        {ride !== null ? (
-          <RidePanel ride={ride} campus={campus} />
-        ) : shown.view === "series" ? (
-          <SeriesPanel token={shown.token} campus={campus} />
-        ) : shown.view === "timetable" ? (
-          <TimetablePanel campus={campus} />
-        ) : shown.view === "find" ? (
-          <RideLookupPanel code={shown.code} campus={campus} />
-        ) : shown.view === "broken_link" ? (
-          <BrokenLink />
-        ) : (
-          <BookingPanel campus={campus} />
-        )}
+        <OfflineNotice timezone={timezone} />
+        {isLanguageMissing.value && <Alert tone="warning">{texts.value.language_failed}</Alert>}
+        {ride !== null && views !== null && <views.HelpReceipt ride={ride} timezone={timezone} />}
+        <Panel campus={campus} />
       </div>
     </div>
   );
+}
+
+function Panel({ campus }: { readonly campus: Campus }) {
+  const [ride, views, shown] = [trackedRide.value, laterViews.value, address.value];
+  if (shown.view === "book") return <BookingPanel campus={campus} />;
+  if (shown.view === "broken_link") return <BrokenLink />;
+  if (views === null) return <LaterViewWaiting />;
+  switch (shown.view) {
+    case "ride":
+      return ride === null ? <LaterViewWaiting /> : <views.RidePanel ride={ride} campus={campus} />;
+    case "series":
+      return <views.SeriesPanel token={shown.token} campus={campus} />;
+    case "timetable":
+      return <views.TimetablePanel campus={campus} />;
+    case "find":
+      return <views.RideLookupPanel code={shown.code} campus={campus} />;
+  }
 }
 
 function BrokenLink() {

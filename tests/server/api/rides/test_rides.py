@@ -41,6 +41,50 @@ def test_a_booking_is_answered_at_once_by_a_vehicle_and_a_promise(campus: Server
     assert len(str(ride["boarding_code"])) == 4
 
 
+def test_a_ticket_tells_a_range_for_the_pickup_and_the_seats_that_are_left(campus: ServerUnderTest) -> None:
+    ride = book(campus)
+    assert ride["pickup_earliest"] <= ride["pickup_eta"] <= ride["pickup_latest"]  # type: ignore[operator]
+    assert ride["seats_left"] == 4
+    record = campus.get(f"/rides/lookup?code={ride['ride_code']}").json()
+    assert (record["pickup_latest"], record["seats_left"]) == (ride["pickup_latest"], 4)
+
+
+@pytest.mark.parametrize(
+    ("told", "status", "code"),
+    [
+        ({"rating": 5}, 409, "ride_not_completed"),
+        ({"rating": 6}, 422, "payload_invalid"),
+        ({"rating": 0}, 422, "payload_invalid"),
+        ({}, 422, "payload_invalid"),
+        ({"lost_property": "  "}, 422, "payload_invalid"),
+        ({"lost_property": "x" * 501}, 422, "payload_invalid"),
+        ({"rating": 5, "name": "Ms Wang"}, 422, "payload_invalid"),
+    ],
+)
+def test_feedback_that_cannot_be_is_refused(
+    campus: ServerUnderTest, told: dict[str, object], status: int, code: str
+) -> None:
+    answer = campus.post(f"/rides/{book(campus)['token']}/feedback", told)
+    assert (answer.status_code, answer.json()["code"]) == (status, code)
+
+
+def test_a_look_for_a_free_shuttle_stores_nothing_and_tells_what_a_booking_would_get(
+    campus: ServerUnderTest,
+) -> None:
+    offer = campus.post("/rides/offers", WISH)
+    assert offer.status_code == 200, offer.text
+    assert offer.json()["is_free"] is True
+    assert offer.json()["pickup_at"] == book(campus)["pickup_eta"]
+    unknown = campus.post("/rides/offers", WISH | {"to_stop": "the-moon"})
+    assert (unknown.status_code, unknown.json()["code"]) == (404, "stop_unknown")
+
+
+def test_looks_for_a_free_shuttle_have_a_limit_of_their_own(campus: ServerUnderTest) -> None:
+    answers = [campus.post("/rides/offers", WISH).status_code for _ in range(61)]
+    assert answers == [200] * 60 + [429]
+    book(campus)
+
+
 def test_a_repeat_with_the_same_key_gives_the_same_ride_and_another_wish_is_refused(
     campus: ServerUnderTest,
 ) -> None:

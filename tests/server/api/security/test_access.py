@@ -17,6 +17,8 @@ PUBLIC_CHANGES = {
     ("POST", "/rides/{token}/board"),
     ("POST", "/rides/{token}/alight"),
     ("POST", "/rides/{token}/help"),
+    ("POST", "/rides/{token}/feedback"),
+    ("POST", "/rides/offers"),
     ("POST", "/series"),
     ("POST", "/series/{token}/cancel"),
     ("POST", "/series/{token}/days/{day}/cancel"),

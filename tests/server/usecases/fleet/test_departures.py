@@ -11,6 +11,8 @@ from server.domain.record.incidents import IncidentKind
 from server.domain.service.service import ServiceException
 from server.domain.service.timetable import Departure, DepartureState
 from server.usecases.fleet import departures, service
+from server.usecases.planning.outlooks import seats_left_of
+from server.usecases.ports.unit_of_work import UnitOfWork
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.shipped_maps import shipped_map
@@ -128,3 +130,23 @@ def test_a_departure_whose_shuttle_would_have_nowhere_to_rest_waits_for_another_
     fleet.leave_homeless("shuttle-1")
     assert fleet.campus.do(departures.plan_departures) == ()
     assert known(fleet)["first"].state is DepartureState.PLANNED
+
+
+def test_the_seats_that_are_left_are_told_for_each_call_that_is_still_to_come(
+    begin: Callable[..., FakeFleet],
+) -> None:
+    fleet = begin(trip("first", 1500, "NN7", "NN20"), trip("second", 90_000, "NN7", "NN20"))
+    first = known(fleet)["first"]
+
+    def left() -> tuple[int | None, ...]:
+        return fleet.campus.read(lambda uow: seats_left_of(uow, known_departure(uow, first.departure_id)))
+
+    assert left() == (6, 6)
+    unassigned = Departure("snow-lion", "second@2026-11-24", "second", first.calls)
+    assert fleet.campus.read(lambda uow: seats_left_of(uow, unassigned)) == (None, None)
+
+
+def known_departure(uow: UnitOfWork, departure_id: str) -> Departure:
+    found = uow.departures.get(departure_id)
+    assert found is not None
+    return found

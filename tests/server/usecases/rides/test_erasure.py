@@ -13,6 +13,7 @@ from server.loops.retention import RetentionLoop
 from server.loops.series import SeriesScheduler
 from server.store.tables import metadata
 from server.usecases.rides import erasure, rides, series
+from server.usecases.rides.feedback import give_feedback
 from server.usecases.rides.tickets import ride_by_token
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -51,6 +52,18 @@ def test_an_erased_ride_is_still_counted_and_nothing_stored_names_its_rider(flee
     stored = everything_stored(campus)
     for name in (MESSAGE, ride.ride_code, "the-key-of-the-booking", ride.ticket_key_id):
         assert name not in stored
+
+
+def test_what_a_passenger_said_after_the_ride_is_erased_with_the_rider(driven_fleet: FakeFleet) -> None:
+    campus, ride = driven_fleet.campus, driven_fleet.book("NN20", "C6")
+    driven_fleet.run_until(lambda: driven_fleet.ride(ride.ride_id).has_ended)
+    taken = driven_fleet.ride(ride.ride_id)
+    assert taken.state is RideState.COMPLETED
+    campus.do(lambda uow: give_feedback(uow, taken, 2, MESSAGE))
+    assert MESSAGE in everything_stored(campus)
+    campus.do(lambda uow: erasure.erase_ride(uow, ride.ride_id, "ann"))
+    assert MESSAGE not in everything_stored(campus)
+    assert campus.read(lambda uow: uow.rides.feedback_of([ride.ride_id])) == {}
 
 
 def test_the_erasure_is_an_event_with_the_operators_name(fleet: FakeFleet) -> None:

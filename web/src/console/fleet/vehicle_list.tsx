@@ -3,7 +3,7 @@ import { useId } from "preact/hooks";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { SelectField } from "../forms/select_field";
 import { goTo } from "../navigation";
-import { is_stale } from "../session";
+import { is_stale, knowledge } from "../session";
 import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "../vehicles/condition_chip";
@@ -81,7 +81,7 @@ function VehicleRow({ vehicle }: { readonly vehicle: VehicleScene }) {
     <button type="button" class="row" onClick={() => goTo("live", vehicle.vehicle_id)}>
       <span class="row-head">
         <strong>{facts.name}</strong>
-        <ConditionChip vehicle={vehicle} stale={is_stale.value} />
+        <ConditionChip vehicle={vehicle} knowledge={knowledge.value} />
       </span>
       <span class="row-facts">
         {!facts.in_service && <span>{t.out_of_service}</span>}

@@ -49,6 +49,7 @@ function RideRow({ ride }: { readonly ride: Ride }) {
       </th>
       <td data-label={t.state}>
         <span class={`chip ${toneOf(ride)}`}>{t.states[ride.state]}</span>
+        {ride.feedback != null && <Feedback told={ride.feedback} />}
         {t.reasons[ride.reason] !== undefined && <small>{t.reasons[ride.reason]}</small>}
       </td>
       <td data-label={t.trip}>
@@ -87,6 +88,17 @@ function RideRow({ ride }: { readonly ride: Ride }) {
         <EraseRideButton ride={ride} />
       </td>
     </tr>
+  );
+}
+
+/** What the passenger said after the ride. */
+function Feedback({ told }: { readonly told: NonNullable<Ride["feedback"]> }) {
+  const t = texts.value;
+  return (
+    <small data-feedback>
+      {told.rating !== null && t.rated(told.rating)}
+      {told.lost_property !== "" && <span class="lost">{t.lost_property(told.lost_property)}</span>}
+    </small>
   );
 }
 

@@ -1,5 +1,6 @@
 import { useEffect, useId, useMemo } from "preact/hooks";
 import type { Campus } from "../../shared/campus/campus";
+import type { Knowledge } from "../../shared/state/knowledge";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { BackIcon, PauseIcon, PlayIcon } from "../../shared/ui/icons";
 import { SceneMap } from "../map/scene_map";
@@ -47,7 +48,9 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
           </header>
           <div class="row-head">
             <h1>{vehicle?.facts.name ?? vehicle_id}</h1>
-            {vehicle !== undefined && <ConditionChip vehicle={vehicle} />}
+            {vehicle !== undefined && scene !== null && (
+              <ConditionChip vehicle={vehicle} knowledge={asKnownAt(scene.at_ms)} />
+            )}
           </div>
           <p class="hint">
             {t.replay_banner}
@@ -56,12 +59,17 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
           <RunLoadState player={player} />
           {player.map_problem.value !== null && <Alert>{t.run_map_missing}</Alert>}
           {scene !== null && vehicle !== undefined && (
-            <VehicleStatus vehicle={vehicle} scene={scene} now_ms={scene.at_ms} />
+            <VehicleStatus vehicle={vehicle} scene={scene} knowledge={asKnownAt(scene.at_ms)} />
           )}
         </section>
       </aside>
     </div>
   );
+}
+
+/** A recorded scene is what was known at its time. */
+function asKnownAt(at_ms: number): Knowledge {
+  return { now_ms: at_ms, known_ms: at_ms };
 }
 
 function RunLoadState({ player }: { readonly player: RunPlayer }) {

@@ -1,8 +1,41 @@
+import type { Language } from "../../shared/texts/preference";
 import { addProblemTexts } from "../../shared/texts/problem_texts";
+import { en } from "../../shared/texts/problem_texts_en";
+import { zh } from "../../shared/texts/problem_texts_zh";
 
 // Passengers never meet these: their page is to stay small.
-addProblemTexts({
+const OPERATORS_TOO: Record<Language, Record<string, string>> = {
   en: {
+    ...en,
+    reassignment_refused: "No other shuttle can take this ride. It stays with its shuttle.",
+    pattern_unknown: "There is no calendar for a service of this name.",
+    pattern_invalid: "The days or hours contradict each other. Check dates, weekdays and times.",
+    pattern_in_use:
+      "Trips of the timetable use this service. Change its days instead of removing it.",
+    exception_unknown: "There is no exception on that day.",
+    shifts_invalid: "The shifts contradict each other. Check the times: each ends after it begins.",
+    lane_unknown: "The map has no such lane. Check the ids.",
+    section_unknown: "The map has no such section. Check the ids.",
+    closure_invalid:
+      "Choose a road to close. The end must be after the beginning and in the future.",
+    closure_unknown: "There is no such closure.",
+    closure_over: "This closure has already ended.",
+    vehicle_unknown: "No vehicle of this name is enrolled.",
+    nobody_aboard: "There are no passengers in this vehicle.",
+    vehicle_not_placed: "The vehicle has not reported its position yet.",
+    vehicle_out_of_service: "The vehicle is out of service. Return it to service first.",
+    sections_taken: "The vehicle stands on a road that another vehicle holds.",
+    run_unknown: "This run is not stored.",
+    run_map_unreadable: "The recording has no map.",
+    segment_unknown: "This part of the run is not stored.",
+    incident_unknown: "There is no such incident.",
+    incident_closed: "This incident is already closed.",
+    key_unknown: "The vehicle has no valid key.",
+    name_taken: "This name is taken. Choose another one.",
+    wrong_credentials: "The name or the password is wrong.",
+    session_expired: "Your session has ended. Sign in again.",
+    csrf_missing: "Your session could not be confirmed. Reload the page and sign in again.",
+    token_unknown: "There is no such token.",
     ride_not_ended: "This ride has not ended yet.",
     segment_store_unavailable: "Recorded runs cannot be read now. Try again later.",
     role_missing: "Your roles do not allow this. An admin can change them.",
@@ -18,6 +51,34 @@ addProblemTexts({
     ticket_key_missing: "The server does not have the key of this second factor.",
   },
   "zh-CN": {
+    ...zh,
+    reassignment_refused: "没有这样的车辆可以接手此行程，行程仍由原车辆完成。",
+    pattern_unknown: "没有该名称的运营日历。",
+    pattern_invalid: "日期或时间互相矛盾，请检查日期、星期和时间。",
+    pattern_in_use: "时刻表中仍有班次使用该日历，请修改日期而不是删除。",
+    exception_unknown: "该日期没有例外安排。",
+    shifts_invalid: "班次相互矛盾，请检查时间：结束须晚于开始。",
+    lane_unknown: "地图中没有该车道，请检查编号。",
+    section_unknown: "地图中没有该路段，请检查编号。",
+    closure_invalid: "请填写要封闭的道路；结束时间须晚于开始时间和当前时间。",
+    closure_unknown: "没有该封路记录。",
+    closure_over: "该封路已经结束。",
+    vehicle_unknown: "没有登记该车辆。",
+    nobody_aboard: "车上没有乘客。",
+    vehicle_not_placed: "车辆尚未报告所在位置。",
+    vehicle_out_of_service: "车辆已召回，请先恢复运营。",
+    sections_taken: "车辆所在路段已被另一辆车占用。",
+    run_unknown: "没有保存该运行记录。",
+    run_map_unreadable: "该记录没有地图。",
+    segment_unknown: "没有保存该段运行记录。",
+    incident_unknown: "没有该事件。",
+    incident_closed: "该事件已被关闭。",
+    key_unknown: "车辆没有有效密钥。",
+    name_taken: "该名称已被使用，请换一个。",
+    wrong_credentials: "用户名或密码不正确。",
+    session_expired: "登录已过期，请重新登录。",
+    csrf_missing: "无法确认登录状态，请刷新页面并重新登录。",
+    token_unknown: "没有该令牌。",
     ride_not_ended: "该行程尚未结束。",
     segment_store_unavailable: "暂时无法读取运行记录，请稍后再试。",
     role_missing: "您的角色不允许此操作，可由管理员更改。",
@@ -32,4 +93,6 @@ addProblemTexts({
     audit_entry_unknown: "没有该记录。",
     ticket_key_missing: "服务器缺少该第二因素的密钥。",
   },
-});
+};
+
+for (const language of ["en", "zh-CN"] as const) addProblemTexts(language, OPERATORS_TOO[language]);

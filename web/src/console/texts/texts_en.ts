@@ -141,7 +141,18 @@ export const en = {
     pedestrian_clearance: "people beside it",
     acceleration: "its acceleration limit",
   } satisfies Readonly<Record<SpeedLimitReason, string>>,
+  rated: (rating: number) => `Rated ${rating} of 5`,
+  lost_property: (words: string) => `Left in the shuttle: ${words}`,
   held_because: "Reason of the hold",
+  stopped: "Stands",
+  stopped_since: (time: string) => `since ${time}`,
+  unknown_since: (time: string) => `not known since ${time}`,
+  resumes_at: (time: string) => `continues at ${time}`,
+  next_steps: {
+    operators_release: "continues when an operator resumes it",
+    operators_check: "continues when an operator has checked it and resumes it",
+    person_drives: "a person is driving it",
+  },
   hold_reasons: {
     just_started: "it has just started; resume it",
     operator_hold: "held by an operator",

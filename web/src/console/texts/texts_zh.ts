@@ -118,7 +118,18 @@ export const zh: ConsoleTexts = {
     pedestrian_clearance: "旁边有行人",
     acceleration: "正在加速",
   },
+  rated: (rating) => `评分 ${rating}/5`,
+  lost_property: (words) => `遗落物品：${words}`,
   held_because: "停驶原因",
+  stopped: "停车",
+  stopped_since: (time) => `自 ${time} 起`,
+  unknown_since: (time) => `自 ${time} 起状态未知`,
+  resumes_at: (time) => `${time} 继续行驶`,
+  next_steps: {
+    operators_release: "调度员恢复后继续行驶",
+    operators_check: "调度员检查并恢复后继续行驶",
+    person_drives: "由人工驾驶",
+  },
   hold_reasons: {
     just_started: "刚启动，请点“继续”",
     operator_hold: "调度员暂停",

@@ -1,16 +1,21 @@
 import { conditionOf, urgencyOf } from "../../shared/scene/condition";
 import type { VehicleScene } from "../../shared/scene/scene";
+import type { Knowledge } from "../../shared/state/knowledge";
+import { vehicleState } from "../../shared/state/vehicle_state";
 import { texts } from "../texts/texts";
 
 interface ConditionChipProps {
   readonly vehicle: VehicleScene;
-  /** Nothing was heard for a while: nobody knows the condition. */
-  readonly stale?: boolean;
+  /** Of the scene that it is shown with: live, or at a time of a replay. */
+  readonly knowledge: Knowledge;
 }
 
-/** A shuttle's condition as text; the colour repeats it. */
-export function ConditionChip({ vehicle, stale = false }: ConditionChipProps) {
-  if (stale) return <span class="chip calm">{texts.value.condition_unknown}</span>;
+/** A shuttle's condition as text; the colour repeats it. Without news it is unknown. */
+export function ConditionChip({ vehicle, knowledge }: ConditionChipProps) {
+  const t = texts.value;
   const condition = conditionOf(vehicle);
-  return <span class={`chip ${urgencyOf(condition)}`}>{texts.value.conditions[condition]}</span>;
+  // A shuttle out of reach has a name of its own: the server knows of it.
+  if (vehicleState(vehicle, knowledge).kind === "unknown" && condition !== "offline")
+    return <span class="chip calm">{t.condition_unknown}</span>;
+  return <span class={`chip ${urgencyOf(condition)}`}>{t.conditions[condition]}</span>;
 }

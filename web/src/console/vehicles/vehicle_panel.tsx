@@ -2,7 +2,7 @@ import { RoleGate } from "../account/role_gate";
 import type { Scene, VehicleScene } from "../../shared/scene/scene";
 import { BackIcon } from "../../shared/ui/icons";
 import { goTo } from "../navigation";
-import { is_stale } from "../session";
+import { knowledge } from "../session";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "./condition_chip";
 import { ShiftForm } from "./shift_form";
@@ -29,11 +29,11 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
       </header>
       <div class="row-head">
         <h2>{vehicle.facts.name}</h2>
-        <ConditionChip vehicle={vehicle} stale={is_stale.value} />
+        <ConditionChip vehicle={vehicle} knowledge={knowledge.value} />
         {!vehicle.facts.in_service && <span class="chip warning">{t.out_of_service}</span>}
       </div>
       <VehicleCommands vehicle={vehicle} scene={scene} />
-      <VehicleStatus vehicle={vehicle} scene={scene} now_ms={now_ms} />
+      <VehicleStatus vehicle={vehicle} scene={scene} knowledge={{ ...knowledge.value, now_ms }} />
       <VisitList vehicle={vehicle} />
       <RoleGate roles={["dispatcher"]}>
         <ShiftForm vehicle_id={vehicle.vehicle_id} />

@@ -1,20 +1,25 @@
 import { modeOf, type Scene, type VehicleScene } from "../../shared/scene/scene";
+import type { Knowledge } from "../../shared/state/knowledge";
+import type { VehicleState } from "../../shared/state/vehicle_state";
+import { vehicleState } from "../../shared/state/vehicle_state";
 import { stopName } from "../texts/stop_names";
 import { roadNameById, withNames } from "../texts/names";
 import { texts } from "../texts/texts";
+import { formatTimeWithSeconds } from "../texts/times";
 import { HmiOutput } from "./hmi_output";
 import { ObservationAreaList } from "./observation_area_list";
 
 interface VehicleStatusProps {
   readonly vehicle: VehicleScene;
   readonly scene: Scene;
-  /** The server's clock at the scene; in a replay it lies in the past. */
-  readonly now_ms: number;
+  /** Of the scene; in a replay its time lies in the past. */
+  readonly knowledge: Knowledge;
 }
 
 /** What a scene, live or replayed, says of one shuttle. */
-export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
+export function VehicleStatus({ vehicle, scene, knowledge }: VehicleStatusProps) {
   const t = texts.value;
+  const { now_ms } = knowledge;
   const age_s = Math.max(0, Math.round((now_ms - vehicle.heard_ms) / 1000));
   const { facts, task, status } = vehicle;
   const aboard = (status?.aboard ?? []).map(
@@ -22,11 +27,13 @@ export function VehicleStatus({ vehicle, scene, now_ms }: VehicleStatusProps) {
   );
   const next = task.next_stop === "" ? t.to_resting_place : stopName(task.next_stop);
   const held = holdText(vehicle);
+  const stopped = stopText(vehicleState(vehicle, knowledge));
   const obstacle_m = status?.obstacle_m ?? null;
   const rows: readonly (readonly [string, string])[] = [
     [t.speed, status === null ? t.unknown : t.kmh((status.speed_mps * 3.6).toFixed(1))],
     [t.mode, t.modes[modeOf(vehicle)]],
     ...(held === "" ? [] : [[t.held_because, held] as const]),
+    ...(stopped === "" ? [] : [[t.stopped, stopped] as const]),
     [t.battery, batteryText(status)],
     [t.last_heard, vehicle.heard_ms === 0 ? t.never : t.ago(age_s)],
     [t.doors, status === null ? t.unknown : status.doors_open ? t.doors_open : t.doors_closed],
@@ -88,6 +95,19 @@ function signalRows(vehicle: VehicleScene): readonly (readonly [string, string])
     horn === true ? t.horn_sounds : "",
   ].filter((text) => text !== "");
   return [[t.lights, shown.length === 0 ? t.none : shown.join(", ")]];
+}
+
+/** Since when the shuttle stands or is silent, and what happens next; "" for one that does neither. */
+function stopText(state: VehicleState): string {
+  const t = texts.value;
+  if (state.kind === "unknown") return t.unknown_since(formatTimeWithSeconds(state.since_ms));
+  if (state.kind !== "stopped") return "";
+  const next =
+    state.next === "resumes_at"
+      ? t.resumes_at(formatTimeWithSeconds(state.resumes_ms))
+      : t.next_steps[state.next];
+  if (state.since_ms === null) return next;
+  return `${t.stopped_since(formatTimeWithSeconds(state.since_ms))}; ${next}`;
 }
 
 /** Why the shuttle does not drive by itself, as text; empty while it does. */

@@ -7,7 +7,7 @@ import { poseOf, type Point } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { destination, pickup, tapStop } from "../booking/ride_request";
 import type { Campus } from "../campus/campus";
-import { trackedRide } from "../ride/ride_tracker";
+import { trackedRide } from "../ride/tracked_ride";
 import { texts } from "../texts/texts";
 
 export interface PassengerMapProps {

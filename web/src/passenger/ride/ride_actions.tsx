@@ -3,6 +3,7 @@ import type { Problem } from "../../shared/api/problem";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
 import { texts } from "../texts/texts";
+import { canVibrate, setVibration, vibrates } from "./arrival_signs";
 import type { RideProgress } from "./ride_progress";
 import type { RideTracker } from "./ride_tracker";
 
@@ -65,6 +66,7 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
         )}
         <CopyLinkButton />
       </div>
+      {canVibrate && <VibrationOption />}
       {confirming.value && (
         <ConfirmDialog
           danger
@@ -82,6 +84,19 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
         />
       )}
     </div>
+  );
+}
+
+function VibrationOption() {
+  return (
+    <label class="walk-option">
+      <input
+        type="checkbox"
+        checked={vibrates.value}
+        onChange={(event) => setVibration(event.currentTarget.checked)}
+      />
+      {texts.value.vibrate}
+    </label>
   );
 }
 

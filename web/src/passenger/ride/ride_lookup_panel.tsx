@@ -94,9 +94,12 @@ function RideLookupResult({ code, campus }: RideLookupPanelProps) {
   const t = texts.value;
   if (problem.value !== null) return <ProblemAlert problem={problem.value} />;
   if (ride.value === null) return <p role="status">{t.finding}</p>;
-  const progress = rideProgress(ride.value, null, null, Date.now());
+  const progress = rideProgress(ride.value, null, null, {
+    now_ms: Date.now(),
+    known_ms: Date.now(),
+  });
   const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
-  const vehicle = t.shuttle;
+  const vehicle = ride.value.vehicle_name || t.shuttle;
   return (
     <>
       <h2>{titleText(progress.phase, vehicle)}</h2>

@@ -9,10 +9,13 @@ import { clearEnds } from "../booking/ride_request";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 import { AlternativeList } from "./alternative_list";
+import { showArrival } from "./arrival_signs";
 import { DestinationChange } from "./destination_change";
 import { RideActions } from "./ride_actions";
+import { FeedbackForm } from "./feedback_form";
+import { canWait, FreeShuttle } from "./free_shuttle";
 import type { RideProgress } from "./ride_progress";
-import { delayText, detailText, titleText, titleWithTime, vehicleName } from "./ride_texts";
+import { announcedText, delayText, detailText, titleWithTime, vehicleName } from "./ride_texts";
 import type { RideTracker, Ticket } from "./ride_tracker";
 import { TicketCard } from "./ticket_card";
 
@@ -23,7 +26,9 @@ interface RidePanelProps {
 
 export function RidePanel({ ride, campus }: RidePanelProps) {
   const [ticket, progress] = [ride.ticket.value, ride.progress.value];
+  useEffect(() => showArrival(ride), [ride]);
   const changing_destination = useSignal(false);
+  const is_free = useSignal(false);
   if (ride.problem.value !== null)
     return (
       <section class="ride">
@@ -48,13 +53,14 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
     <section class="ride">
       <FocusedTitle>{titleWithTime(ride, progress, campus.view.timezone)}</FocusedTitle>
       <p class="visually-hidden" role="status">
-        {titleText(progress.phase, vehicleName(ride))}
+        {announcedText(progress, vehicleName(ride))}
       </p>
       <RideDetails ride={ride} ticket={ticket} progress={progress} campus={campus} />
       <ConnectionAlert ride={ride} progress={progress} />
       {ticket.promise !== null && (
         <TicketCard
           ticket={ticket}
+          seats_left={ride.live.value === null ? ticket.seats_left : ride.live.value.seats_left}
           vehicle={vehicleName(ride)}
           from={stopNameById(campus.stops, ticket.from_stop, language.value)}
           to={stopNameById(campus.stops, ticket.to_stop, language.value)}
@@ -62,9 +68,22 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
           ended={progress.ended}
         />
       )}
+      {progress.phase === "refused" && canWait(ticket, campus.view.wheelchairs_max) && (
+        <FreeShuttle
+          key={ticket.ride_id}
+          ticket={ticket}
+          campus={campus}
+          onFree={(now_free) => {
+            is_free.value = now_free;
+          }}
+        />
+      )}
       <AlternativeList ticket={ticket} campus={campus} />
+      {progress.ended && ticket.boarded_at !== null && (
+        <FeedbackForm key={ticket.ride_id} ride={ride} ticket={ticket} />
+      )}
       {progress.ended ? (
-        <BookAnotherButton keep={progress.phase === "refused"} />
+        <BookAnotherButton keep={progress.phase === "refused"} is_strong={!is_free.value} />
       ) : (
         <RideActions
           ride={ride}
@@ -101,7 +120,7 @@ interface RideDetailsProps {
 function RideDetails({ ride, ticket, progress, campus }: RideDetailsProps) {
   const t = texts.value;
   const detail = detailText(ticket, progress, campus.view.wheelchairs_max);
-  const delay = delayText(ride, progress);
+  const delay = delayText(ride, progress, campus.view.timezone);
   return (
     <>
       {detail !== "" && <p class="lead">{detail}</p>}
@@ -134,12 +153,17 @@ function ConnectionAlert({ ride, progress }: Omit<RideDetailsProps, "ticket" | "
   );
 }
 
-/** keep: the refused request stays filled in, so that the passenger can change it. */
-function BookAnotherButton({ keep = false }: { readonly keep?: boolean }) {
+interface BookAnotherProps {
+  /** The refused request stays filled in, so that the passenger can change it. */
+  readonly keep?: boolean;
+  readonly is_strong?: boolean;
+}
+
+function BookAnotherButton({ keep = false, is_strong = true }: BookAnotherProps) {
   return (
     <button
       type="button"
-      class="button main large wide"
+      class={is_strong ? "button main large wide" : "button wide"}
       onClick={() => {
         if (!keep) clearEnds();
         goTo({ view: "book" });

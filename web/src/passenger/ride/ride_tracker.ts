@@ -8,11 +8,13 @@ import { idempotencyKey } from "../booking/ride_request";
 import { stored_at } from "../offline";
 import { deliverKept, PendingCancel } from "./pending_cancel";
 import { rideProgress } from "./ride_progress";
+import { trackedRide } from "./tracked_ride";
 
 export type Ticket = Schemas["RideTicket"];
 export type TapState = "none" | "pending" | "refused" | "timed_out";
 
 const RETRY_MS = 4_000;
+const CLOCK_STEP_MS = 5_000;
 const TAP_POLL_MS = 1_000;
 const TAP_POLLS_MAX = 12;
 
@@ -27,14 +29,24 @@ export class RideTracker {
 
   readonly live = computed(() => this.link.scene.value?.rides[0] ?? null);
   readonly vehicle = computed(() => this.link.scene.value?.vehicles[0] ?? null);
-  /** The present minute by the server's clock: a booking becomes a ride under way without any message. */
-  private readonly minute = computed(() =>
-    Math.floor((monotonic_ms.value > 0 ? (this.link.now_ms() ?? Date.now()) : Date.now()) / 60_000),
-  );
+  /** The server's clock, in steps: what a ride is may change without any message. */
+  private readonly clock_ms = computed(() => {
+    const now_ms = monotonic_ms.value > 0 ? (this.link.now_ms() ?? Date.now()) : Date.now();
+    return Math.floor(now_ms / CLOCK_STEP_MS) * CLOCK_STEP_MS;
+  });
+  /** When the newest news was true. Without any, the ticket has just been loaded, or is a copy. */
+  private readonly known_ms = computed(() => {
+    const scene = this.link.scene.value;
+    if (scene !== null) return scene.at_ms;
+    return stored_at.value === null ? null : Date.parse(stored_at.value);
+  });
   readonly progress = computed(() => {
     const ticket = this.ticket.value;
     if (ticket === null) return null;
-    return rideProgress(ticket, this.live.value, this.vehicle.value, this.minute.value * 60_000);
+    const now_ms = this.clock_ms.value;
+    const is_cut_off = this.link.state.value === "lost" || stored_at.value !== null;
+    const knowledge = { now_ms, known_ms: this.known_ms.value ?? now_ms, is_cut_off };
+    return rideProgress(ticket, this.live.value, this.vehicle.value, knowledge);
   });
 
   private closed = false;
@@ -125,6 +137,17 @@ export class RideTracker {
     return null;
   }
 
+  /** After the ride. What is told again replaces what was told before. */
+  async giveFeedback(rating: number | null, lost_property: string): Promise<Problem | null> {
+    const result = await resultOf(
+      api.POST("/api/v1/rides/{token}/feedback", {
+        params: { path: { token: this.token } },
+        body: { rating, lost_property },
+      }),
+    );
+    return result.ok ? null : result.problem;
+  }
+
   private accept(result: Result<Ticket>): void {
     batch(() => {
       if (result.ok) this.ticket.value = result.value;
@@ -190,9 +213,7 @@ export function deliverKeptCancels(): void {
   });
 }
 
-/** The ride in the address, or null; the app sets it when the address changes. */
-export const trackedRide = signal<RideTracker | null>(null);
-
+/** Follows the ride of a link, or none. */
 export function trackRide(token: string | null): void {
   if ((trackedRide.value?.token ?? null) === token) return;
   trackedRide.value?.close();

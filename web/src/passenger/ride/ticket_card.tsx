@@ -11,10 +11,20 @@ interface TicketCardProps {
   readonly to: string;
   readonly view: Schemas["CampusView"];
   readonly ended: boolean;
+  /** Free seats beside the party; null or left out while not known. */
+  readonly seats_left?: number | null | undefined;
 }
 
 /** A ride's stops, times, shuttle and codes. */
-export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCardProps) {
+export function TicketCard({
+  ticket,
+  vehicle,
+  from,
+  to,
+  view,
+  ended,
+  seats_left,
+}: TicketCardProps) {
   const t = texts.value;
   const { promise } = ticket;
   const time = (timestamp: string, known_day = ticket.requested_at) =>
@@ -70,6 +80,7 @@ export function TicketCard({ ticket, vehicle, from, to, view, ended }: TicketCar
         <span>
           {t.party(ticket.party)}
           {ticket.wheelchairs > 0 && `, ${t.party_wheelchairs(ticket.wheelchairs)}`}
+          {seats_left != null && !ended && ` · ${t.seats_left(seats_left)}`}
         </span>
       </p>
     </article>

@@ -27,6 +27,7 @@ export function TripCard({ trip, day, campus }: TripCardProps) {
             <span>
               {stopNameById(campus.stops, call.stop_id, language.value)}
               {call.is_last && !trip.is_last_run && <small>{t.last_call}</small>}
+              {call.seats_left != null && <small>{t.seats_left(call.seats_left)}</small>}
             </span>
           </li>
         ))}

@@ -86,6 +86,27 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/rides/offers": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Look For Ride
+         * @description Whether a booking would get a shuttle now, for a party that was refused and waits for one. Nothing is
+         *     reserved or stored.
+         */
+        post: operations["look_for_ride"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides/lookup": {
         parameters: {
             query?: never;
@@ -241,6 +262,27 @@ export interface paths {
          * @description Put a call for help on top of the operators' incidents. A repeat keeps the open call.
          */
         post: operations["call_help"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/{token}/feedback": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give Feedback
+         * @description A rating, and what was left in the shuttle, after a ride that was taken. Told again, it replaces what
+         *     was told before.
+         */
+        post: operations["give_feedback"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1775,6 +1817,11 @@ export interface components {
              * @description No later trip of the day leaves this stop.
              */
             is_last: boolean;
+            /**
+             * Seats Left
+             * @description Free seats when the shuttle leaves, as planned; null until the trip has one, and afterwards.
+             */
+            seats_left?: number | null;
         };
         /**
          * CampusView
@@ -2435,6 +2482,45 @@ export interface components {
             severity: "info" | "warning" | "stop";
         };
         /**
+         * FeedbackRequest
+         * @description At least one of both.
+         * @example {
+         *       "rating": 5,
+         *       "lost_property": "A blue umbrella"
+         *     }
+         */
+        FeedbackRequest: {
+            /**
+             * Rating
+             * @description 1 (bad) to 5 (good).
+             */
+            rating?: number | null;
+            /**
+             * Lost Property
+             * @description What was left in the shuttle, and how to be reached.
+             * @default
+             */
+            lost_property: string;
+        };
+        /**
+         * FeedbackView
+         * @description What the passenger said after the ride. It is erased with the rider's data.
+         */
+        FeedbackView: {
+            /** Rating */
+            rating: number | null;
+            /**
+             * Lost Property
+             * @description Empty for developers: it is the passenger's.
+             */
+            lost_property: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+        };
+        /**
          * FieldProblem
          * @description One field of the payload that does not fit.
          */
@@ -2836,6 +2922,32 @@ export interface components {
          * @enum {string}
          */
         OccurrenceState: "planned" | "trying" | "booked" | "skipped" | "refused" | "cancelled";
+        /**
+         * OfferView
+         * @description What a booking would get now. Nothing is reserved: book to get it.
+         * @example {
+         *       "is_free": true,
+         *       "rule": "",
+         *       "pickup_at": "2026-09-01T08:18:20Z",
+         *       "arrival_at": "2026-09-01T08:26:05Z"
+         *     }
+         */
+        OfferView: {
+            /** Is Free */
+            is_free: boolean;
+            /**
+             * Rule
+             * @description The rule that binds, empty where a shuttle is free.
+             */
+            rule: string;
+            /**
+             * Pickup At
+             * @description As planned; null where no shuttle is free.
+             */
+            pickup_at: string | null;
+            /** Arrival At */
+            arrival_at: string | null;
+        };
         /**
          * OperatorChange
          * @example {
@@ -3327,7 +3439,10 @@ export interface components {
          *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
          *       "vehicle_id": "shuttle-1",
+         *       "vehicle_name": "Shuttle 1",
          *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "pickup_earliest": "2026-09-01T08:17:30Z",
+         *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarded_at": null,
          *       "ended_at": null,
@@ -3338,6 +3453,7 @@ export interface components {
          *       "first_to_stop": null,
          *       "let_out": false,
          *       "stranded_by": null,
+         *       "seats_left": 2,
          *       "source": "passenger",
          *       "boarding_code": "4821",
          *       "series_id": null
@@ -3373,8 +3489,21 @@ export interface components {
             promise: components["schemas"]["PromiseView"] | null;
             /** Vehicle Id */
             vehicle_id: string | null;
+            /**
+             * Vehicle Name
+             * @description Of the shuttle that has or had the ride; empty for none.
+             * @default
+             */
+            vehicle_name: string;
             /** Pickup Eta */
             pickup_eta: string | null;
+            /**
+             * Pickup Earliest
+             * @description The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time can be promised: the party is not waiting, or its shuttle stands or is out of reach.
+             */
+            pickup_earliest?: string | null;
+            /** Pickup Latest */
+            pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
             /** Boarded At */
@@ -3407,6 +3536,11 @@ export interface components {
              */
             stranded_by: string | null;
             /**
+             * Seats Left
+             * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
+             */
+            seats_left?: number | null;
+            /**
              * Source
              * @enum {string}
              */
@@ -3421,6 +3555,8 @@ export interface components {
              * @description The recurring booking that it is a day of.
              */
             series_id: string | null;
+            /** @description What the passenger has said after the ride. */
+            feedback?: components["schemas"]["FeedbackView"] | null;
         };
         /**
          * RideRequest
@@ -3460,6 +3596,9 @@ export interface components {
         /**
          * RideScene
          * @description One ride that has not ended yet, or has ended a moment ago.
+         *
+         *         pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
+         *         seats_left  free seats of its shuttle beside the party; None while not known
          */
         RideScene: {
             ride_id: string;
@@ -3482,6 +3621,12 @@ export interface components {
             arrival_eta_ms: number;
             /** @default  */
             reason: string;
+            /** @default 0 */
+            pickup_earliest_ms: number;
+            /** @default 0 */
+            pickup_latest_ms: number;
+            /** @default null */
+            seats_left: number | null;
         };
         /**
          * RideState
@@ -3507,7 +3652,10 @@ export interface components {
          *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
          *       "vehicle_id": "shuttle-1",
+         *       "vehicle_name": "Shuttle 1",
          *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "pickup_earliest": "2026-09-01T08:17:30Z",
+         *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarded_at": null,
          *       "ended_at": null,
@@ -3518,6 +3666,7 @@ export interface components {
          *       "first_to_stop": null,
          *       "let_out": false,
          *       "stranded_by": null,
+         *       "seats_left": 2,
          *       "token": "q3Jv0X2mQp7sT4uYb1cD9w",
          *       "boarding_code": "4821",
          *       "alternatives": []
@@ -3553,8 +3702,21 @@ export interface components {
             promise: components["schemas"]["PromiseView"] | null;
             /** Vehicle Id */
             vehicle_id: string | null;
+            /**
+             * Vehicle Name
+             * @description Of the shuttle that has or had the ride; empty for none.
+             * @default
+             */
+            vehicle_name: string;
             /** Pickup Eta */
             pickup_eta: string | null;
+            /**
+             * Pickup Earliest
+             * @description The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time can be promised: the party is not waiting, or its shuttle stands or is out of reach.
+             */
+            pickup_earliest?: string | null;
+            /** Pickup Latest */
+            pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
             /** Boarded At */
@@ -3587,6 +3749,11 @@ export interface components {
              */
             stranded_by: string | null;
             /**
+             * Seats Left
+             * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
+             */
+            seats_left?: number | null;
+            /**
              * Token
              * @description The secret of the passenger's link; it allows to cancel the ride.
              */
@@ -3601,6 +3768,8 @@ export interface components {
              * @description For a refused ride, the nearest first.
              */
             alternatives: components["schemas"]["AlternativeView"][];
+            /** @description What the passenger has said after the ride. */
+            feedback?: components["schemas"]["FeedbackView"] | null;
         };
         /**
          * RideView
@@ -3624,7 +3793,10 @@ export interface components {
          *         "arrive_by": "2026-09-01T08:34:00Z"
          *       },
          *       "vehicle_id": "shuttle-1",
+         *       "vehicle_name": "Shuttle 1",
          *       "pickup_eta": "2026-09-01T08:18:20Z",
+         *       "pickup_earliest": "2026-09-01T08:17:30Z",
+         *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
          *       "boarded_at": null,
          *       "ended_at": null,
@@ -3634,7 +3806,8 @@ export interface components {
          *       "left_early": false,
          *       "first_to_stop": null,
          *       "let_out": false,
-         *       "stranded_by": null
+         *       "stranded_by": null,
+         *       "seats_left": 2
          *     }
          */
         RideView: {
@@ -3667,8 +3840,21 @@ export interface components {
             promise: components["schemas"]["PromiseView"] | null;
             /** Vehicle Id */
             vehicle_id: string | null;
+            /**
+             * Vehicle Name
+             * @description Of the shuttle that has or had the ride; empty for none.
+             * @default
+             */
+            vehicle_name: string;
             /** Pickup Eta */
             pickup_eta: string | null;
+            /**
+             * Pickup Earliest
+             * @description The shuttle comes between this and pickup_latest in 9 of 10 cases. Null while no time can be promised: the party is not waiting, or its shuttle stands or is out of reach.
+             */
+            pickup_earliest?: string | null;
+            /** Pickup Latest */
+            pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
             /** Boarded At */
@@ -3700,6 +3886,11 @@ export interface components {
              * @description The shuttle that carried the party and cannot go on: another one comes to from_stop.
              */
             stranded_by: string | null;
+            /**
+             * Seats Left
+             * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
+             */
+            seats_left?: number | null;
         };
         /**
          * RunView
@@ -4732,7 +4923,8 @@ export interface components {
              *       "visits": [],
              *       "order_waits": false,
              *       "hold_ends_ms": 0,
-             *       "charged_at_ms": 0
+             *       "charged_at_ms": 0,
+             *       "unavailable_since_ms": 0
              *     }
              */
             task: components["schemas"]["VehicleTask"];
@@ -4750,6 +4942,7 @@ export interface components {
          *         visits         in driving order, for operators
          *         order_waits    the newest plan waits until its route is safe
          *         hold_ends_ms   when the server resumes it, 0 when an operator does
+         *         unavailable_since_ms  since when it has been held, out of reach or quarantined; 0 while it is neither
          *         charged_at_ms  when it will have charged, 0 when it does not charge
          *         next_stop      stop_id of the visit it drives to or stands at, "" when it only goes to rest
          *         people_aboard  people of the rides aboard
@@ -4776,6 +4969,8 @@ export interface components {
             hold_ends_ms: number;
             /** @default 0 */
             charged_at_ms: number;
+            /** @default 0 */
+            unavailable_since_ms: number;
         };
         /**
          * VisitScene
@@ -5326,6 +5521,84 @@ export interface operations {
             };
         };
     };
+    look_for_ride: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RideRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OfferView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     find_ride: {
         parameters: {
             query: {
@@ -5756,6 +6029,90 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["HelpAnswer"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    give_feedback: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                /** @description The secret of the passenger's link, from the answer to the booking. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FeedbackRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FeedbackView"];
                 };
             };
             /** @description The body is not text. */

@@ -24,6 +24,7 @@ const TASK: Task = {
   order_waits: false,
   hold_ends_ms: 0,
   charged_at_ms: 0,
+  unavailable_since_ms: 0,
 };
 
 /** A shuttle that drives, for tests. Each change goes to every part that has a field of its name. */
@@ -103,6 +104,9 @@ export function aRide(changes: Partial<RideScene> = {}): RideScene {
     pickup_eta_ms: 0,
     arrival_eta_ms: 0,
     reason: "",
+    pickup_earliest_ms: 0,
+    pickup_latest_ms: 0,
+    seats_left: null,
     ...changes,
   };
 }

@@ -1,14 +1,19 @@
 import { chooseLanguage, language } from "../texts/language";
+import type { Language } from "../texts/language";
 
 /** Each language is named in that language, so that its speakers can read it. */
-export function LanguageSwitch() {
+export function LanguageSwitch({
+  onChoose = chooseLanguage,
+}: {
+  readonly onChoose?: (choice: Language) => void;
+}) {
   return (
     <div class="switch" role="group" aria-label="Language / 语言">
       <button
         type="button"
         lang="en"
         aria-pressed={language.value === "en"}
-        onClick={() => chooseLanguage("en")}
+        onClick={() => onChoose("en")}
       >
         EN
       </button>
@@ -16,7 +21,7 @@ export function LanguageSwitch() {
         type="button"
         lang="zh-CN"
         aria-pressed={language.value === "zh-CN"}
-        onClick={() => chooseLanguage("zh-CN")}
+        onClick={() => onChoose("zh-CN")}
       >
         中文
       </button>

@@ -1,0 +1,111 @@
+"""Hours of the simulated service, with every range of a pickup that passengers were shown, and what came."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from campusloop.simulation.service import SimulatedService, SimulationOptions
+from contract.roads.model import RoadMap
+from server.domain.planning.eta_ranges import PickupRange, PlannedPickup, standing_of
+from server.domain.rides.rides import Promise, Ride, RideState
+from server.store.unit_of_work import SqlUnitOfWork
+from server.usecases.planning.outlooks import outlook_of
+
+EVERY_S = 60.0
+VEHICLES = 20
+RIDES_1PH = 120.0
+SETTLE_S = 2400.0
+
+
+@dataclass(frozen=True, slots=True)
+class ShownRange:
+    """What a passenger was shown at one time, and the pickup that came.
+
+    ahead_s   from then to the planned pickup
+    standing  of the plan to the promise, as `eta_ranges` has it
+    picked_up when the party boarded; a party that boards before its window opens counts from there
+    """
+
+    ride_id: str
+    at: datetime
+    ahead_s: float
+    standing: str
+    shown: PickupRange
+    picked_up: datetime
+
+    @property
+    def is_inside(self) -> bool:
+        return self.shown.earliest <= self.picked_up <= self.shown.latest
+
+    @property
+    def width_s(self) -> float:
+        return (self.shown.latest - self.shown.earliest).total_seconds()
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedHours:
+    """violations: rules of the history that were broken meanwhile; `simulate-service` looks into them."""
+
+    ranges: list[ShownRange]
+    violations: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A range that was shown, before its pickup is known."""
+
+    ride_id: str
+    at: datetime
+    eta: datetime
+    promise: Promise
+    shown: PickupRange
+
+
+@dataclass
+class _Watch:
+    """Reads once a minute what the server would answer to every waiting passenger."""
+
+    service: SimulatedService
+    asked: list[_Asked] = field(default_factory=list)
+
+    def begin(self) -> None:
+        self.service.timeline.after(EVERY_S, self._look)
+
+    def _look(self) -> None:
+        self.begin()
+        with self.service.database.engine.connect() as connection:
+            uow = SqlUnitOfWork(connection, self.service.machine.context())
+            for ride in uow.rides.in_states([RideState.ASSIGNED]):
+                self._ask(uow, ride)
+
+    def _ask(self, uow: SqlUnitOfWork, ride: Ride) -> None:
+        shown = outlook_of(uow, ride).pickup
+        if shown is not None and ride.promise is not None and ride.pickup_eta is not None:
+            self.asked.append(_Asked(ride.ride_id, uow.now, ride.pickup_eta, ride.promise, shown))
+
+
+def shown_ranges(road_map: RoadMap, folder: Path, seed: int, hours: float) -> SimulatedHours:
+    """Of every ride that was picked up."""
+    options = SimulationOptions(road_map, folder, seed, VEHICLES, hours, (), RIDES_1PH, SETTLE_S)
+    service = SimulatedService(options)
+    watch = _Watch(service)
+    watch.begin()
+    begins = service.machine.clock.now()
+    result = service.run()
+    boarded_s: dict[str, float] = {}
+    for fact in service.observation.seen:
+        if fact.what == "boarded":
+            boarded_s.setdefault(fact.ride_id, fact.at_s)
+    broken = [f"{one.rule} {one.subject}: {one.text}" for one in result.violations]
+    return SimulatedHours(list(_with_pickups(watch.asked, boarded_s, begins)), broken)
+
+
+def _with_pickups(asked: list[_Asked], boarded_s: dict[str, float], begins: datetime) -> Iterator[ShownRange]:
+    for one in asked:
+        if one.ride_id not in boarded_s:
+            continue
+        picked_up = max(begins + timedelta(seconds=boarded_s[one.ride_id]), one.promise.pickup_from)
+        planned = PlannedPickup(one.eta, one.promise.pickup_from, 0)
+        ahead_s = (one.eta - one.at).total_seconds()
+        yield ShownRange(one.ride_id, one.at, ahead_s, standing_of(planned), one.shown, picked_up)

@@ -1,0 +1,20 @@
+"""What the present plan means for one party that waits or rides."""
+
+from dataclasses import dataclass
+
+from server.domain.planning.eta_ranges import PickupRange
+
+
+@dataclass(frozen=True, slots=True)
+class RideOutlook:
+    """pickup      None for a party that is not waiting, or while no time can be promised
+    seats_left  free seats beside the party, on the fullest part of its ride; None while not known
+    vehicle_name  of the shuttle that has or had the ride, "" for none
+    """
+
+    pickup: PickupRange | None = None
+    seats_left: int | None = None
+    vehicle_name: str = ""
+
+
+NO_OUTLOOK = RideOutlook()

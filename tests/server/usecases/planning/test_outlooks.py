@@ -1,0 +1,68 @@
+"""What a waiting party is told of its shuttle: when it comes, and how full it gets."""
+
+from dataclasses import replace
+
+from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
+from server.domain.rides.rides import Ride, RideState
+from server.usecases.planning.outlooks import outlook_of
+from server.usecases.rides import rides
+from tests.server.usecases.fake_fleet import FakeFleet
+
+
+def outlook(fleet: FakeFleet, ride: Ride) -> RideOutlook:
+    return fleet.campus.read(lambda uow: outlook_of(uow, rides.ride_of(uow, ride.ride_id)))
+
+
+def set_vehicle(fleet: FakeFleet, vehicle_id: str | None, **changes: object) -> None:
+    def work(uow: rides.UnitOfWork) -> None:
+        vehicle = uow.vehicles.get(vehicle_id or "")
+        assert vehicle is not None
+        uow.vehicles.save(replace(vehicle, **changes))  # type: ignore[arg-type]
+
+    fleet.campus.do(work)
+
+
+def test_a_waiting_party_is_told_a_range_around_its_planned_pickup(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6", party=2)
+    told = outlook(fleet, ride).pickup
+    assert told is not None
+    assert ride.pickup_eta is not None
+    assert fleet.campus.clock.now() <= told.earliest <= ride.pickup_eta <= told.latest
+
+
+def test_a_shuttle_that_stands_or_is_out_of_reach_promises_no_time(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6")
+    set_vehicle(fleet, ride.vehicle_id, held=True)
+    assert outlook(fleet, ride).pickup is None
+    set_vehicle(fleet, ride.vehicle_id, held=False, connected=False)
+    assert outlook(fleet, ride).pickup is None
+    set_vehicle(fleet, ride.vehicle_id, connected=True)
+    assert outlook(fleet, ride).pickup is not None
+
+
+def test_seats_are_counted_on_the_fullest_part_of_the_ride(fleet: FakeFleet) -> None:
+    ride = fleet.book("NN20", "C6", party=2)
+    assert outlook(fleet, ride).seats_left == 4
+    # It may go with the same shuttle or another one: only together do they fill seats.
+    other = fleet.book("NN20", "C6", party=3)
+    together = ride.vehicle_id == other.vehicle_id
+    assert outlook(fleet, other).seats_left == (1 if together else 3)
+    assert outlook(fleet, fleet.ride(ride.ride_id)).seats_left == (1 if together else 4)
+
+
+def test_seats_are_counted_while_the_party_rides_and_no_longer(driven_fleet: FakeFleet) -> None:
+    fleet = driven_fleet
+    ride = fleet.book("NN20", "C6", party=2)
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
+    aboard = outlook(fleet, ride)
+    assert (aboard.pickup, aboard.seats_left) == (None, 4)
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended)
+    assert outlook(fleet, ride) == RideOutlook(vehicle_name=ride.vehicle_id or "")
+
+
+def test_a_refused_ride_has_no_outlook(fleet: FakeFleet) -> None:
+    for shuttle in fleet.shuttles:
+        set_vehicle(fleet, shuttle.vehicle_id, in_service=False)
+    refused = fleet.book("NN20", "C6")
+    assert refused.state is RideState.REFUSED
+    assert outlook(fleet, refused) == NO_OUTLOOK

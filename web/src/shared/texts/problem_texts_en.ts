@@ -1,0 +1,37 @@
+/** What each problem of the API means for a passenger, by its code. */
+export const en = {
+  offline: "No connection to the server. Check your network and try again.",
+  not_json: "This page cannot read the server's answer. Reload the page.",
+  server_fault: "The server failed. Try again; if it happens again, contact the operators.",
+  payload_invalid: "Something in the form is not valid. Check what you entered.",
+  too_many_tries: "Too many tries in a short time. Wait a minute and try again.",
+  ride_unknown: "There is no ride with this code or link. Check it, or book a new ride.",
+  ride_already_aboard: "You are already on board.",
+  ride_not_aboard: "The shuttle has not confirmed yet that you are on board.",
+  ride_not_completed: "Only a ride that you have taken can be rated, after its end.",
+  ride_ended: "This ride has already ended.",
+  ride_not_assigned: "No shuttle is assigned to your ride yet. Wait a moment.",
+  illegal_transition: "The ride has changed in the meantime. Check its state and try again.",
+  party_too_large: "One shuttle does not have so many seats. Book several rides for fewer people.",
+  party_invalid: "A party has at least one person, and no more wheelchairs than people.",
+  same_stop: "Pickup and destination are the same stop. Choose two different ones.",
+  no_service:
+    "The shuttles do not run at that time, or the service closes before you would arrive. Choose another time.",
+  destination_refused:
+    "The shuttle cannot take you there without delaying other passengers. Your ride stays as it was.",
+  ride_refused: "No shuttle can take this ride.",
+  series_unknown: "There is no recurring booking with this link. Check the link, or book again.",
+  series_ended: "This recurring booking has already ended.",
+  series_invalid: "There is no ride on the chosen days. Choose other days or a later last day.",
+  occurrence_ended: "The ride of this day is already cancelled or over.",
+  booking_too_far_ahead: "That is too far ahead. Choose an earlier day.",
+  idempotency_mismatch: "This booking was already sent with other details. Book again.",
+  no_vehicle_free: "No shuttle can take this ride. Try a later time or a smaller party.",
+  campus_unknown: "The campus has no active map. An operator must load one.",
+  stop_unknown: "This stop is no longer on the map. Choose another one.",
+  stop_unreachable: "No road leads there from your pickup stop. Choose another stop.",
+  vehicle_not_connected:
+    "The server cannot reach the shuttle at the moment. Try again in a few seconds.",
+  plan_changed: "The plan changed at the same time. Try again.",
+  no_resting_place_free: "Every resting place that the vehicle can reach is taken.",
+} as const;
