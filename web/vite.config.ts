@@ -11,6 +11,19 @@ export default defineConfig({
       input: { passenger: "index.html", console: "console.html", sw: "src/sw/sw.ts" },
       // A service worker keeps its address for ever, and reigns over what lies below it.
       output: {
+        // Few files for the first load: each one more costs a phone a request with its headers.
+        codeSplitting: {
+          groups: [
+            {
+              name: "base",
+              test: /node_modules|src\/shared\/(api\/|texts\/(language|preference|problem_texts|times)\.ts|ui\/(alerts|icons|language_switch|stepper)\.tsx|campus\/campus_geometry)/,
+            },
+            {
+              name: "form",
+              test: /src\/passenger\/(booking\/|campus\/|navigation|address|offline|page_title|token_storage|texts\/texts\.ts|ride\/tracked_ride)/,
+            },
+          ],
+        },
         entryFileNames: ({ name }) => (name === "sw" ? "sw.js" : "assets/[name]-[hash].js"),
       },
     },

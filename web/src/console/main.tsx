@@ -1,7 +1,5 @@
 import { render } from "preact";
 import { loadCampus } from "../shared/campus/campus";
-import "../shared/ui/theme.css";
-import "../shared/ui/controls.css";
 import "./console.css";
 import "./texts/problem_texts";
 import { App } from "./app";

@@ -1,7 +1,5 @@
 import { render } from "preact";
 import { loadCampus } from "./campus/campus";
-import "../shared/ui/theme.css";
-import "../shared/ui/controls.css";
 import "./passenger.css";
 import { language } from "../shared/texts/language";
 import { App } from "./app";
