@@ -120,8 +120,11 @@ def _with_rest(uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[Pl
     if not visits and standing is not None:
         stay = () if arriving or not _is_ordered_away(uow, plan) else (rest_visit(uow, *place_here),)
         return next_version(plan, (*arriving, *stay), standing.place_id)
-    at_rest = bool(arriving) or standing is not None
-    count = _stops_ahead(uow, snapshot, plan, visits, at_rest)
+    # One that was ordered away would drive on to its first stop, however long before its time.
+    is_held_back = standing is not None and not _is_ordered_away(uow, plan)
+    count = _stops_ahead(uow, snapshot, plan, visits, is_held_back)
+    if count == 0 and standing is not None:
+        return next_version(plan, (*arriving, rest_visit(uow, *place_here), *visits), standing.place_id)
     place, _ = _rest_after(uow, snapshot, plan, visits, count)
     same = [v for v in resting if (v.lane_id, v.s_m) == (place.lane_id, place.s_m) and v not in arriving]
     why: RestReason = "charge" if charges else ""
@@ -135,16 +138,18 @@ def _is_ordered_away(uow: UnitOfWork, plan: Plan) -> bool:
 
 
 def _stops_ahead(
-    uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], at_rest: bool
+    uow: UnitOfWork, snapshot: Snapshot, plan: Plan, visits: tuple[PlannedVisit, ...], is_held_back: bool
 ) -> int:
     """How many stops the next order contains: none if the shuttle can rest before the first one is due.
 
     A shuttle that waits at a stop before its time blocks the road for those behind it. A party that gets off
     at a stop does not wait for those who board there.
+
+    is_held_back  the shuttle rests, and gets its order when it is time for the first stop (`orders.reissue`)
     """
     most = min(len(visits), uow.rules.order_stops)
     for number, visit in enumerate(visits[:most]):
-        starts = number == 0 and (at_rest or visit.state == "under_way")
+        starts = number == 0 and (is_held_back or visit.state == "under_way")
         if starts or visit.alight or visit.not_before is None or visit.eta is None:
             continue
         idle_s = (visit.not_before - visit.eta).total_seconds() - visit.dwell_s

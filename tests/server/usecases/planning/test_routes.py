@@ -81,6 +81,35 @@ def test_between_a_ride_of_now_and_one_of_much_later_the_shuttle_rests(driven_fl
     assert plan_of(fleet, now).ordered == visits[:3]
 
 
+def test_a_shuttle_whose_ride_of_now_is_cancelled_before_it_leaves_rests_until_the_one_of_much_later(
+    driven_fleet: FakeFleet,
+) -> None:
+    """It would stand at the stop for hours, in the way of all who come behind it."""
+    fleet = driven_fleet
+    fleet.shuttles[1].hold()
+    begins = fleet.campus.clock.now() + timedelta(hours=3)
+    homes = fleet.campus.read(
+        lambda uow: {plan.vehicle_id: plan.resting_place_id for plan in uow.plans.all()}
+    )
+    later = fleet.book("1B", "C6", earliest=begins)
+    now = fleet.book("NN20", "C6")
+    assert now.vehicle_id == later.vehicle_id
+    fleet.campus.do(lambda uow: rides.cancel(uow, now.ride_id, "passenger"))
+    plan = plan_of(fleet, later)
+    assert [visit.kind for visit in plan.ordered] == ["rest"]
+    assert plan.resting_place_id == homes[plan.vehicle_id]
+    shuttle = next(s for s in fleet.shuttles if s.vehicle_id == later.vehicle_id)
+    fleet.run_until(
+        lambda: "under_way" in [shuttle.states.get(visit.visit_id) for visit in stops_of(fleet, later)],
+        limit_s=4 * 3600.0,
+    )
+    assert begins - fleet.campus.clock.now() < timedelta(minutes=15)
+
+
+def stops_of(fleet: FakeFleet, ride: Ride) -> list[PlannedVisit]:
+    return [visit for visit in plan_of(fleet, ride).visits if visit.kind == "stop"]
+
+
 def test_it_rests_in_between_as_soon_as_there_is_time_for_the_way_by_the_resting_place(
     driven_fleet: FakeFleet,
 ) -> None:
