@@ -28,9 +28,10 @@ from server.domain.errors import (
     StopUnknown,
     StopUnreachable,
 )
+from server.domain.planning.outlooks import RideOutlook
 from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import Ride, RideSource, RideState
-from server.usecases.planning.outlooks import outlook_of
+from server.usecases.planning.outlooks import outlook_of, outlooks_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, erasure, rides
 from server.usecases.rides.tickets import secrets_of
@@ -58,7 +59,10 @@ async def list_rides(
             states=state, vehicle_id=vehicle_id, limit=limit + 1, before=before, after=after
         )
         told = uow.rides.feedback_of([ride.ride_id for ride in found if ride.has_ended])
-        return [_record(uow, ride, reader.kind, told.get(ride.ride_id)) for ride in found]
+        outlooks = outlooks_of(uow, found)
+        return [
+            _record(uow, ride, reader.kind, told.get(ride.ride_id), outlooks[ride.ride_id]) for ride in found
+        ]
 
     records = await services.transactions.read(work)
     return page.first(records, limit, lambda ride: (microseconds_of(ride.requested_at), ride.ride_id))
@@ -70,7 +74,8 @@ async def list_rides(
 async def get_ride_record(ride_id: RideId, services: InjectedServices, reader: Reader) -> RideRecord:
     def work(uow: UnitOfWork) -> RideRecord:
         ride = rides.ride_of(uow, ride_id)
-        return _record(uow, ride, reader.kind, uow.rides.feedback_of([ride_id]).get(ride_id))
+        told = uow.rides.feedback_of([ride_id]).get(ride_id)
+        return _record(uow, ride, reader.kind, told)
 
     return await services.transactions.read(work)
 
@@ -141,8 +146,17 @@ async def erase_ride(ride_id: RideId, command: AdminCommand) -> RideRecord:
     return await command.transact(RideRecord, work)
 
 
-def _record(uow: UnitOfWork, ride: Ride, reader: RideSource, told: Feedback | None = None) -> RideRecord:
-    """A boarding code and a passenger's words stay with the passenger and the operators."""
+def _record(
+    uow: UnitOfWork,
+    ride: Ride,
+    reader: RideSource,
+    told: Feedback | None = None,
+    outlook: RideOutlook | None = None,
+) -> RideRecord:
+    """A boarding code and a passenger's words stay with the passenger and the operators.
+
+    outlook  where it is known already
+    """
     code = secrets_of(uow, ride).boarding_code if reader == "operator" else ""
     feedback = None if told is None else feedback_view(told, with_words=reader == "operator")
-    return ride_record(ride, code, outlook_of(uow, ride), feedback)
+    return ride_record(ride, code, outlook or outlook_of(uow, ride), feedback)

@@ -1,9 +1,13 @@
 """What a waiting party is told of its shuttle: when it comes, and how full it gets."""
 
 from dataclasses import replace
+from datetime import timedelta
+
+import pytest
 
 from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
 from server.domain.rides.rides import Ride, RideState
+from server.usecases.planning import outlooks
 from server.usecases.planning.outlooks import outlook_of
 from server.usecases.rides import rides
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -58,6 +62,24 @@ def test_seats_are_counted_while_the_party_rides_and_no_longer(driven_fleet: Fak
     assert (aboard.pickup, aboard.seats_left) == (None, 4)
     fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended)
     assert outlook(fleet, ride) == RideOutlook(vehicle_name=ride.vehicle_id or "")
+
+
+def test_many_outlooks_at_once_are_what_each_is_alone(
+    driven_fleet: FakeFleet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fleet = driven_fleet
+    ended = fleet.book("NN20", "C6", party=2)
+    fleet.run_until(lambda: fleet.ride(ended.ride_id).has_ended)
+    later = fleet.campus.clock.now() + timedelta(hours=1)
+    for wish in (("NN20", "GYM"), ("GYM", "C6"), ("C6", "NN20")):
+        fleet.book(*wish, party=2)
+        fleet.book(*wish, earliest=later)
+    fleet.run_until(lambda: any(ride.state is RideState.ABOARD for ride in fleet.rides()))
+    every = fleet.rides()
+    alone = {ride.ride_id: outlook(fleet, ride) for ride in every}
+    assert any(one.pickup is not None for one in alone.values())
+    monkeypatch.setattr(outlooks, "_MANY", 1)
+    assert fleet.campus.read(lambda uow: outlooks.outlooks_of(uow, every)) == alone
 
 
 def test_a_refused_ride_has_no_outlook(fleet: FakeFleet) -> None:
