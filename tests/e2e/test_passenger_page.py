@@ -195,7 +195,7 @@ def test_who_thinks_better_of_a_kept_cancel_keeps_the_ride(open_page: OpenPage) 
 
 @pytest.mark.usefixtures("shuttle")
 def test_nothing_counts_down_without_news(open_page: OpenPage) -> None:
-    page = open_page("/", **PHONE)
+    page = open_page("/", goes_offline=True, **PHONE)
     book(page, "Main Library", "Gymnasium")
     expect(page.locator("h1")).to_contain_text(re.compile("arrives (in|within)"))
     page.context.set_offline(True)
@@ -204,6 +204,18 @@ def test_nothing_counts_down_without_news(open_page: OpenPage) -> None:
     )
     page.context.set_offline(False)
     expect(page.locator("h1")).to_contain_text(re.compile("arrives (in|within)"))
+    cancel(page)
+
+
+@pytest.mark.usefixtures("shuttle")
+def test_a_ticket_whose_live_view_never_opens_does_not_count_down(open_page: OpenPage) -> None:
+    page = open_page("/", goes_offline=True, **PHONE)
+    page.route_web_socket("**/ws/live", lambda socket: socket.close())
+    book(page, "Main Library", "Gymnasium")
+    expect(page.locator("h1")).to_contain_text(
+        re.compile(r"arrives (at \d\d:\d\d|between \d\d:\d\d and \d\d:\d\d)")
+    )
+    page.unroute_all()
     cancel(page)
 
 

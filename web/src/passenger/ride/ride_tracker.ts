@@ -34,11 +34,12 @@ export class RideTracker {
     const now_ms = monotonic_ms.value > 0 ? (this.link.now_ms() ?? Date.now()) : Date.now();
     return Math.floor(now_ms / CLOCK_STEP_MS) * CLOCK_STEP_MS;
   });
-  /** When the newest news was true. Without any, the ticket has just been loaded, or is a copy. */
+  private readonly loaded_ms = signal<number | null>(null);
+  /** When the newest news was true: a ticket grows old too if the live view never opens. */
   private readonly known_ms = computed(() => {
     const scene = this.link.scene.value;
     if (scene !== null) return scene.at_ms;
-    return stored_at.value === null ? null : Date.parse(stored_at.value);
+    return stored_at.value === null ? this.loaded_ms.value : Date.parse(stored_at.value);
   });
   readonly progress = computed(() => {
     const ticket = this.ticket.value;
@@ -150,7 +151,10 @@ export class RideTracker {
 
   private accept(result: Result<Ticket>): void {
     batch(() => {
-      if (result.ok) this.ticket.value = result.value;
+      if (result.ok) {
+        this.ticket.value = result.value;
+        this.loaded_ms.value = Date.now();
+      }
       this.problem.value = result.ok || this.ticket.value !== null ? null : result.problem;
     });
   }
