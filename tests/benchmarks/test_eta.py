@@ -35,8 +35,8 @@ def test_only_the_first_range_of_each_party_counts_as_first() -> None:
 
 
 @pytest.mark.long
-def test_most_pickups_of_a_short_run_are_inside(tmp_path: Path) -> None:
-    simulated = shown_ranges(load_map(DEFAULT_MAP), tmp_path, seed=7, hours=0.2)
+def test_most_pickups_of_an_hour_are_inside(tmp_path: Path) -> None:
+    simulated = shown_ranges(load_map(DEFAULT_MAP), tmp_path, seed=7, hours=1.0)
     ranges = simulated.ranges
     assert simulated.violations == []
     assert len(ranges) > 20
