@@ -268,8 +268,8 @@ class Reservations:
         now = self._ground.shadow(held)
         end = now if goal is None else self._ground.shadows[goal]
         is_moving = bool(ahead) or (goal is not None and held != (goal,))
-        need = self._ground.mask(ahead)
-        return _Vehicle(held, ahead, goal, Claim(vehicle_id, is_moving, held[-1], ahead, need, now, end))
+        need, places = self._ground.mask(ahead), self._ground.places(held[-1], ahead)
+        return _Vehicle(held, ahead, goal, Claim(vehicle_id, is_moving, places, need, now, end))
 
     def _moved(self, vehicle_id: str, vehicle: _Vehicle, count: int) -> _Vehicle:
         """The vehicle once it holds `count` sections more."""

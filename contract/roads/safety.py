@@ -8,10 +8,11 @@ Sets of sections are integers, one bit a section.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
-from functools import reduce
+from functools import lru_cache, reduce
 from operator import or_
+from typing import NamedTuple
 
 from contract.roads.design_vehicle import LENGTH_M, RELEASE_MARGIN_M, STANDING_MARGIN_M
 from contract.roads.load import MapError
@@ -20,20 +21,33 @@ from contract.roads.model import Section
 # What a vehicle lies over that has driven up to the end of what it holds.
 _STANDING_M = LENGTH_M + STANDING_MARGIN_M + RELEASE_MARGIN_M
 
+# Routes whose places to wait are remembered: those of a large fleet, and of the grants it asks for in turn.
+_WAYS_KNOWN = 1024
+
+
+class Place(NamedTuple):
+    """Where a vehicle can wait on its route, lying over nothing else.
+
+    road    the sections from the place before up to this one
+    shadow  what it keeps others out of there; need: what is left of its route after it
+    """
+
+    road: int
+    shadow: int
+    need: int
+
 
 @dataclass(frozen=True, slots=True)
 class Claim:
     """One vehicle as the safety test sees it.
 
-    foremost    the last section it holds
-    ahead       the sections of its route after that one; need: the same as a set
+    need        the sections of its route that it does not hold; places: where it can wait on them, in order
     shadow_now  what it keeps others out of where it is; shadow_end: at its route's end
     """
 
     vehicle_id: str
     is_moving: bool
-    foremost: str
-    ahead: Sequence[str]
+    places: Sequence[Place]
     need: int
     shadow_now: int
     shadow_end: int
@@ -63,6 +77,7 @@ class Ground:
         except KeyError as error:
             raise MapError("dangling_id", f"a section conflicts with unknown section {error}") from error
         self._followed_by = _places_to_wait(listed)
+        self.places = lru_cache(_WAYS_KNOWN)(self._places)
 
     def mask(self, section_ids: Iterable[str]) -> int:
         return union(map(self.bits.__getitem__, section_ids))
@@ -92,7 +107,7 @@ class Ground:
         in_the_way = union(other.shadow_now for other in others)
         if not claim.need & in_the_way and not claim.shadow_end & wanted:
             return FreeWay.TO_THE_END
-        is_part = self._part_of_the_way(claim, in_the_way, wanted) is not None
+        is_part = _part_of_the_way(claim, in_the_way, wanted) is not None
         return FreeWay.TO_A_PLACE if is_part else FreeWay.NONE
 
     def _after_a_pass(self, waiting: Sequence[Claim], standing: dict[str, int]) -> list[Claim] | None:
@@ -117,27 +132,44 @@ class Ground:
                 if not claim.need & at_the_end.without(claim.shadow_end):
                     # It goes after all others, which therefore have to count with it where it stands.
                     return [*left, *waiting[place + 1 :]]
-            moved = self._part_of_the_way(claim, in_the_way, wanted)
+            moved = _part_of_the_way(claim, in_the_way, wanted)
             if moved is not None:
                 standing[claim.vehicle_id] = moved.shadow_now
                 has_moved = True
             left.append(moved or claim)
         return left if has_moved else None
 
-    def _part_of_the_way(self, claim: Claim, in_the_way: int, wanted: int) -> Claim | None:
-        """The vehicle at the farthest place that it can reach and no other needs; None if there is none."""
-        bits, way = self.bits, claim.ahead
-        free = 0
-        while free < len(way) and not bits[way[free]] & in_the_way:
-            free += 1
-        for count in range(min(free, len(way) - 1), -1, -1):
-            here = way[count - 1] if count else claim.foremost
-            shadow = self.shadows[here]
-            is_move = count > 0 or shadow != claim.shadow_now
-            if is_move and not shadow & wanted and self._followed_by.get(here) == way[count]:
-                ahead = way[count:]
-                return replace(claim, foremost=here, ahead=ahead, need=self.mask(ahead), shadow_now=shadow)
+    def _places(self, foremost: str, ahead: tuple[str, ...]) -> tuple[Place, ...]:
+        """The places to wait on a route, from the last section held on. `places` remembers them."""
+        needs = [0]
+        for section_id in reversed(ahead):
+            needs.append(needs[-1] | self.bits[section_id])
+        needs.reverse()
+        found: list[Place] = []
+        here, road = foremost, 0
+        for section_id, need in zip(ahead, needs, strict=False):
+            if self._followed_by.get(here) == section_id:
+                found.append(Place(road, self.shadows[here], need))
+                road = 0
+            here = section_id
+            road |= self.bits[here]
+        return tuple(found)
+
+
+def _part_of_the_way(claim: Claim, in_the_way: int, wanted: int) -> Claim | None:
+    """The vehicle at the farthest place that it can reach and no other needs; None if there is none."""
+    farthest = None
+    for number, (road, shadow, _) in enumerate(claim.places):
+        if road & in_the_way:
+            break
+        if not shadow & wanted:
+            farthest = number
+    if farthest is None:
         return None
+    road, shadow, need = claim.places[farthest]
+    if not road and shadow == claim.shadow_now:
+        return None  # it is there already
+    return Claim(claim.vehicle_id, True, claim.places[farthest + 1 :], need, shadow, claim.shadow_end)
 
 
 class _Overlap:

@@ -26,6 +26,8 @@ _SQLITE_UNAVAILABLE = frozenset(
         sqlite3.SQLITE_NOTADB,
     }
 )
+# The file and the connection are whole: another process holds the lock, or there is no room.
+_SQLITE_WHOLE = frozenset({sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_FULL})
 
 
 class TransactionLost(Exception):
@@ -45,6 +47,29 @@ def is_unavailable(error: BaseException) -> bool:
     if error.connection_invalidated or (state is None and _is_operational(error)):
         return True
     return state is not None and (state in _UNAVAILABLE_STATES or state[:2] in _UNAVAILABLE_CLASSES)
+
+
+def cause_of_loss(error: BaseException) -> BaseException:
+    """What the database ended the transaction for. Undoing what is gone fails too, and comes after it."""
+    seen: BaseException | None = error
+    while seen is not None:
+        if is_unavailable(seen):
+            return seen
+        seen = seen.__context__
+    return error.__context__ or error
+
+
+def leaves_connection_whole(error: BaseException) -> bool:
+    """After a rollback it is as good as before: SQLite was locked by another process, or the disk is full.
+
+    Of a database server that is never known.
+    """
+    cause = error.__cause__ if isinstance(error, TransactionLost) else error
+    return (
+        isinstance(cause, DBAPIError)
+        and isinstance(cause.orig, sqlite3.Error)
+        and getattr(cause.orig, "sqlite_errorcode", 0) & 0xFF in _SQLITE_WHOLE
+    )
 
 
 def cause_of(error: BaseException) -> str:

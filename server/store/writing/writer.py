@@ -2,6 +2,7 @@
 
 Whatever the database does, callers are told what is true of their group: stored, not stored, or unknown.
 After a failure the connection is replaced and the memory is forgotten, so no half of a transaction is left.
+After a lock or a full disk the connection is as good as before: what was changed in memory is taken back.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +19,15 @@ from server.store.database_file import database_file
 from server.store.engine import is_in_memory
 from server.store.unit_of_work import Context, PublishedMessages, SqlUnitOfWork
 from server.store.writing.campus_lock import CampusLock, take_campus_lock, was_committed
-from server.store.writing.failures import TransactionLost, cause_of, is_cut, is_in_transaction, is_unavailable
+from server.store.writing.failures import (
+    TransactionLost,
+    cause_of,
+    cause_of_loss,
+    is_cut,
+    is_in_transaction,
+    is_unavailable,
+    leaves_connection_whole,
+)
 from server.store.writing.retries import Patience, Retries
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -90,7 +99,8 @@ class Writer:
             error = attempt.failure
             if error is None:
                 return True
-            self._reset()
+            if not (leaves_connection_whole(error) and self._is_rolled_back()):
+                self._reset()
             unavailable = is_unavailable(error)
             if unavailable:
                 _warn("store.unavailable", error)
@@ -126,22 +136,27 @@ class Writer:
         connection = self.connection()
         transaction = connection.begin()
         lock = take_campus_lock(connection, self._context.campus_id, self._retries.chance())
+        self._memory.begin(lock.found, lock.made)
         try:
-            self._memory.begin(lock.found, lock.made)
-            for job in jobs:
-                self._run(connection, lock, job, attempts)
+            try:
+                for job in jobs:
+                    self._run(connection, lock, job, attempts)
+            finally:
+                lock.is_held = False
             if not lock.has_written or all(job.failure is not None for job in jobs):
                 # PostgreSQL would flush the lock itself to the disk, for nothing.
                 transaction.rollback()
                 self._memory.is_at(lock.found)
                 return
-        finally:
-            lock.is_held = False
-        commit = Kept()
-        with commit:
-            transaction.commit()
-        if commit.failure is not None:
-            self._require_committed(connection, lock, commit.failure, patience)
+            commit = Kept()
+            with commit:
+                transaction.commit()
+            if commit.failure is not None:
+                self._require_committed(connection, lock, commit.failure, patience)
+        except BaseException:
+            self._memory.take_back(0)
+            self._memory.is_at(lock.found)
+            raise
 
     def _run(self, connection: Connection, lock: CampusLock, job: Job[Any], attempts: int) -> None:
         """Run a job. Its own failure is kept in it; one of the database is raised."""
@@ -155,8 +170,7 @@ class Writer:
         if is_lost or is_unavailable(error):
             # The whole group fails, and is told why all together.
             job.failure = None
-            cause = error if is_unavailable(error) else error.__context__ or error
-            raise TransactionLost from cause
+            raise TransactionLost from cause_of_loss(error)
 
     def _decide(
         self, connection: Connection, lock: CampusLock, work: Work[T], in_savepoint: bool
@@ -203,6 +217,14 @@ class Writer:
             "the connection to the database was lost during the commit: the request may be stored or not; "
             "read before you ask again, or ask again with the same Idempotency-Key"
         ) from error
+
+    def _is_rolled_back(self) -> bool:
+        """Roll back what is left of a transaction on the same connection. False if that did not work."""
+        undone = Kept()
+        with undone:
+            if self._connection is not None:
+                self._connection.rollback()
+        return undone.failure is None
 
     def _reset(self) -> None:
         """Roll back, whatever state the connection is in. A file or a server gets a new connection."""

@@ -5,9 +5,10 @@ import os
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import event, text
 
 from server.adapters import RandomIds
 from server.bus.in_process import InProcessBus, LocalSubscription
@@ -19,6 +20,7 @@ from server.store.roads.map_library import MapLibrary
 from server.store.transactions import GroupCommit
 from server.store.unit_of_work import Context
 from server.store.writing.retries import NO_RETRIES, Retries
+from server.store.writing.writer import Job, Writer
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import incidents
 from tests.full_disk import full_disk
@@ -33,16 +35,19 @@ WHERE datname = current_database() AND pid <> pg_backend_pid() AND query LIKE :q
 LARGE = "x" * 4_000_000
 
 
+def context() -> Context:
+    rules = FleetRules()
+    return Context(
+        "snow-lion", HandClock(), RandomIds(), rules, PlainHasher(), MapLibrary(rules), TICKET_KEYS
+    )
+
+
 @asynccontextmanager
 async def live(url: str, retries: Retries) -> AsyncIterator[tuple[GroupCommit, LocalSubscription]]:
     """The live transactions of this database, and all that they publish."""
-    rules = FleetRules()
-    context = Context(
-        "snow-lion", HandClock(), RandomIds(), rules, PlainHasher(), MapLibrary(rules), TICKET_KEYS
-    )
     bus = InProcessBus()
     heard = await bus.subscribe("campus/>")
-    transactions = GroupCommit(open_engine(url), context, bus, retries)
+    transactions = GroupCommit(open_engine(url), context(), bus, retries)
     yield transactions, heard
     await transactions.close()
 
@@ -108,6 +113,7 @@ def test_when_sqlite_stays_locked_all_that_wait_are_refused_and_the_next_is_stor
             assert "locked" in str(answers[0])
             await transactions.run(opened("after"))
             assert await transactions.read(subjects) == ["after"]
+            assert await transactions.run(subjects) == ["after"]
 
     run(scenario())
 
@@ -163,6 +169,32 @@ def test_while_the_disk_is_full_nothing_is_acknowledged_and_nothing_is_half_stor
             assert await transactions.run(subjects) == ["after", "before"]
 
     run(scenario())
+
+
+def test_what_sqlite_has_no_room_for_is_not_remembered_either(sqlite_file: Path) -> None:
+    """By SQLite's own limit of pages: its connection is used on, and so is what is kept in memory of it."""
+    connections: list[Any] = []
+    engine = open_engine(f"sqlite:///{sqlite_file}")
+    event.listen(engine, "connect", lambda raw, _: connections.append(raw))
+    writer = Writer(engine, context(), NO_RETRIES)
+
+    def write(*works: Callable[[UnitOfWork], Any]) -> list[Any]:
+        jobs = [Job(work) for work in works]
+        writer.write(jobs)
+        return [job.result()[0] for job in jobs]
+
+    write(opened("before"))
+    assert write(subjects) == [["before"]]
+    connections[0].execute("PRAGMA max_page_count=1").close()
+    with pytest.raises(StoreUnavailable, match="full"):
+        write(opened("lost with it"), opened("lost", LARGE))
+    assert write(subjects) == [["before"]]
+    connections[0].execute("PRAGMA max_page_count=4294967294").close()
+    write(opened("after", LARGE))
+    assert write(subjects) == [["after", "before"]]
+    assert len(connections) == 1
+    writer.close()
+    engine.dispose()
 
 
 def test_a_database_file_that_was_replaced_takes_nothing_until_the_server_is_restarted(
