@@ -112,7 +112,12 @@ def main() -> None:
     parser.add_argument(
         "--database", nargs="+", choices=["sqlite", "postgresql"], default=["sqlite", "postgresql"]
     )
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="these faults")
+    known = sorted(
+        {fault.__name__ for fault in (*ON_BOTH, *ON_FIRST, *ON_BROKER, *ON_SQLITE, *ON_POSTGRESQL)}
+    )
+    parser.add_argument(
+        "--only", nargs="+", metavar="NAME", choices=known, help=f"these faults: {', '.join(known)}"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()

@@ -47,15 +47,15 @@ _event = tables.vehicle_events.c
 
 class SqlViews(Repository):
     def vehicles(self, vehicle_ids: Set[str] | None = None) -> tuple[VehicleView, ...]:
-        every = self._repository(SqlVehicleRepository).all()
-        return self._shown([v for v in every if vehicle_ids is None or v.vehicle_id in vehicle_ids])
+        fleet = self._repository(SqlVehicleRepository)
+        return self._shown(fleet.all() if vehicle_ids is None else fleet.these(vehicle_ids))
 
     def _shown(self, shown: Sequence[Vehicle]) -> tuple[VehicleView, ...]:
         vehicles = self._repository(SqlVehicleRepository)
-        occupancies = {o.vehicle_id: o for o in self._repository(SqlSectionRepository).all()}
-        plans = {plan.vehicle_id: plan for plan in self._repository(SqlPlanRepository).all()}
-        where = {place.vehicle_id: place for place in vehicles.all_whereabouts()}
         names = [vehicle.vehicle_id for vehicle in shown]
+        occupancies = self._repository(SqlSectionRepository).of(set(names))
+        plans = self._repository(SqlPlanRepository).of(set(names))
+        where = vehicles.whereabouts_of(set(names))
         orders = self._repository(SqlOrderRepository).all_current(names)
         commands = vehicles.last_commands(names)
         return tuple(

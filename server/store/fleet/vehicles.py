@@ -1,6 +1,6 @@
 """Vehicles, where they are, and the commands to them, as rows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import fields
 from datetime import datetime
 from functools import lru_cache
@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import structlog
 from sqlalchemy import Connection, Select, bindparam, func, select
+from sqlalchemy.sql import ColumnElement
 
 from contract.wire.messages import Status
 from server.domain.fleet.shifts import Shifts
@@ -72,10 +73,15 @@ class SqlVehicleRepository(Repository):
         return None if row is None else vehicle_from_row(row)
 
     def all(self) -> tuple[Vehicle, ...]:
-        rows = self._many(
-            self._select(tables.vehicles, _vehicle.retired.is_(False)).order_by(_vehicle.vehicle_id)
-        )
-        return tuple(vehicle_from_row(row) for row in rows)
+        return self._on_duty()
+
+    def these(self, vehicle_ids: Set[str]) -> tuple[Vehicle, ...]:
+        """Those of `all` that have one of the ids."""
+        return self._on_duty(_vehicle.vehicle_id.in_(vehicle_ids))
+
+    def _on_duty(self, *conditions: ColumnElement[bool]) -> tuple[Vehicle, ...]:
+        chosen = self._select(tables.vehicles, _vehicle.retired.is_(False), *conditions)
+        return tuple(vehicle_from_row(row) for row in self._many(chosen.order_by(_vehicle.vehicle_id)))
 
     def add(self, vehicle: Vehicle) -> None:
         self._insert(tables.vehicles, _vehicle_to_row(vehicle))
@@ -90,6 +96,11 @@ class SqlVehicleRepository(Repository):
     def all_whereabouts(self) -> tuple[Whereabouts, ...]:
         rows = self._many(self._select(tables.whereabouts).order_by(_where.vehicle_id))
         return tuple(whereabouts_from_row(row) for row in rows)
+
+    def whereabouts_of(self, vehicle_ids: Set[str]) -> dict[str, Whereabouts]:
+        """Of those that were ever heard, by vehicle id."""
+        rows = self._many(self._select(tables.whereabouts, _where.vehicle_id.in_(vehicle_ids)))
+        return {row.vehicle_id: whereabouts_from_row(row) for row in rows}
 
     def heard(self, vehicle_id: str, at: datetime) -> None:
         self._put_heard({vehicle_id: at})

@@ -1,8 +1,9 @@
 """Sections held by vehicles, as rows."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
+from typing import Any
 
-from sqlalchemy import Connection
+from sqlalchemy import Connection, Select
 
 from server.domain.orders.sections import HeldSection, Occupancy
 from server.store import tables
@@ -22,10 +23,19 @@ class SqlSectionRepository(Repository):
         self._counters = Counters(connection, campus_id, lock)
 
     def all(self) -> tuple[Occupancy, ...]:
+        return self._read(self._select(tables.held_sections), self._select(tables.section_routes))
+
+    def of(self, vehicle_ids: Set[str]) -> dict[str, Occupancy]:
+        """Of those that are placed, by vehicle id."""
+        held = self._select(tables.held_sections, _held.vehicle_id.in_(vehicle_ids))
+        routes = self._select(tables.section_routes, _route.vehicle_id.in_(vehicle_ids))
+        return {occupancy.vehicle_id: occupancy for occupancy in self._read(held, routes)}
+
+    def _read(self, held_sections: Select[Any], section_routes: Select[Any]) -> tuple[Occupancy, ...]:
         held: dict[str, list[HeldSection]] = {}
-        for row in self._many(self._select(tables.held_sections).order_by(_held.fence)):
+        for row in self._many(held_sections.order_by(_held.fence)):
             held.setdefault(row.vehicle_id, []).append(HeldSection(row.section_id, row.fence))
-        routes = {row.vehicle_id: row for row in self._many(self._select(tables.section_routes))}
+        routes = {row.vehicle_id: row for row in self._many(section_routes)}
         return tuple(
             Occupancy(
                 vehicle_id,

@@ -1,5 +1,7 @@
 """Plans as rows, each change compared with the version that its writer read."""
 
+from collections.abc import Set
+
 from sqlalchemy import Connection
 
 from server.domain.errors import PlanChanged
@@ -26,6 +28,11 @@ class SqlPlanRepository(Repository):
         if self._all is None:
             self._all = {plan.vehicle_id: plan for plan in self._read_all()}
         return tuple(self._all[vehicle_id] for vehicle_id in sorted(self._all))
+
+    def of(self, vehicle_ids: Set[str]) -> dict[str, Plan]:
+        """By vehicle id."""
+        rows = self._many(self._select(tables.plans, _plan.vehicle_id.in_(vehicle_ids)))
+        return {row.vehicle_id: plan_from_row(row) for row in rows}
 
     def save(self, plan: Plan, expected_version: int) -> None:
         if not self._write(plan, expected_version):
