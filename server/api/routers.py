@@ -16,6 +16,7 @@ from server.api.interventions import routes as interventions
 from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
+from server.api.replays import routes as replays
 from server.api.rides import records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
@@ -71,6 +72,7 @@ def bare_app(**options: Any) -> FastAPI:
         incidents.router,
         segments.router,
         runs.router,
+        replays.router,
         tokens.router,
         webhooks.router,
         health.router,

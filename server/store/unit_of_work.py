@@ -32,6 +32,7 @@ from server.store.fleet.vehicles import SqlVehicleRepository
 from server.store.leases import SqlLeaseRepository
 from server.store.orders.orders import SqlOrderRepository
 from server.store.orders.sections import SqlSectionRepository
+from server.store.past import SqlPast
 from server.store.planning.decisions import SqlDecisionRepository
 from server.store.planning.departures import SqlDepartureRepository
 from server.store.planning.plans import SqlPlanRepository
@@ -55,6 +56,7 @@ from server.travel.closed_roads import sections_closed
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Clock, Ids, PasswordHasher
 from server.usecases.ports.maps import ClosureRepository, MapLibrary, MapRepository
+from server.usecases.ports.past import Past
 from server.usecases.ports.plans import (
     OrderRepository,
     PlanRepository,
@@ -176,6 +178,7 @@ class SqlUnitOfWork:
         self.webhooks: WebhookRepository = SqlWebhookRepository(connection, campus_id, lock)
         self.history: HistoryRepository = SqlHistoryRepository(connection, campus_id, lock)
         self._views = SqlViews(connection, campus_id, lock)
+        self._past = SqlPast(connection, campus_id, lock)
         self._library = context.library
         self._roads: FleetRoads | None = None
         self._has_closures = False
@@ -185,6 +188,11 @@ class SqlUnitOfWork:
     def views(self) -> Views:
         self.flush()
         return self._views
+
+    @property
+    def past(self) -> Past:
+        self.flush()
+        return self._past
 
     def flush(self) -> None:
         """Write what waits for the end of the transaction."""

@@ -23,8 +23,13 @@ UTC_OFFSET_NS = 1_790_000_000_000_000_000
 SPEED_MPS = 3.0
 
 
-def record_run(path: Path, vehicle_id: str, boot_id: str, network: RoadNetwork, seconds: int) -> None:
-    """The screen names the second, so that a picture tells its moment."""
+def record_run(
+    path: Path, vehicle_id: str, boot_id: str, network: RoadNetwork, seconds: int, brakes_at_s: int = -1
+) -> None:
+    """The screen names the second, so that a picture tells its moment.
+
+    brakes_at_s  for this second it says that it brakes hard
+    """
     lane_id = max(network.lines, key=lambda lane: network.lines[lane].length_m)
     header = RunHeader(
         vehicle_id,
@@ -43,7 +48,7 @@ def record_run(path: Path, vehicle_id: str, boot_id: str, network: RoadNetwork, 
         writer.add_tick(TickRecord(tick, stamp_ns, 0, msgspec.Raw(b"\x90"), msgspec.Raw(b"\xc0")))
         if tick % TICKS_PER_REPORT == 0:
             s_m = min(SPEED_MPS * stamp_ns / 1e9, network.lines[lane_id].length_m)
-            writer.add(REPORT_TOPIC, stamp_ns, encode(_status(stamp_ns, network, lane_id, s_m)))
+            writer.add(REPORT_TOPIC, stamp_ns, encode(_status(stamp_ns, network, lane_id, s_m, brakes_at_s)))
     writer.close()
 
 
@@ -56,13 +61,13 @@ def upload_run(shuttle: ScriptedShuttle, path: Path, http: httpx.Client) -> None
     assert answer.is_success, answer.text
 
 
-def _status(stamp_ns: int, network: RoadNetwork, lane_id: str, s_m: float) -> Status:
+def _status(stamp_ns: int, network: RoadNetwork, lane_id: str, s_m: float, brakes_at_s: int) -> Status:
     return Status(
         epoch=1,
         stamp_ns=stamp_ns,
         pose_map=Pose2(*network.pose(lane_id, s_m)),
         speed_mps=SPEED_MPS,
-        accel_mps2=0.0,
+        accel_mps2=-3.0 if stamp_ns // 1_000_000_000 == brakes_at_s else 0.0,
         steer_rad=0.0,
         mode="autonomous",
         battery_ratio=0.8,

@@ -14,6 +14,7 @@ from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Ids, PasswordHasher
 from server.usecases.ports.maps import ClosureRepository, MapRepository
+from server.usecases.ports.past import Past
 from server.usecases.ports.plans import (
     OrderRepository,
     PlanRepository,
@@ -73,6 +74,11 @@ class UnitOfWork(Protocol):
     @property
     def views(self) -> Views:
         """Reads for pages, with all changes of this transaction."""
+        ...
+
+    @property
+    def past(self) -> Past:
+        """What is stored of a stretch of time."""
         ...
 
     def network(self) -> RoadNetwork:

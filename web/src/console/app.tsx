@@ -11,6 +11,8 @@ import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
 import { address } from "./navigation";
 import { RidesPage } from "./rides/rides_page";
+import { FleetReplayPage } from "./runs/fleet/fleet_replay_page";
+import { FLEET, fleetReplayOf } from "./runs/fleet/replay_address";
 import { ReplayPage } from "./runs/replay_page";
 import { RunsPage } from "./runs/runs_page";
 import { ServicePage } from "./service/service_page";
@@ -88,7 +90,6 @@ function refreshRides(scene_rides: unknown): void {
 
 function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   const { page, ids } = address.value;
-  const [vehicle_id, boot_id] = ids;
   switch (page) {
     case "rides":
       return <RidesPage />;
@@ -97,16 +98,7 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
     case "incidents":
       return <IncidentsPage />;
     case "runs":
-      return vehicle_id !== undefined && boot_id !== undefined ? (
-        <ReplayPage
-          key={`${vehicle_id}/${boot_id}`}
-          campus={shown}
-          vehicle_id={vehicle_id}
-          boot_id={boot_id}
-        />
-      ) : (
-        <RunsPage />
-      );
+      return <CurrentRun campus={shown} ids={ids} />;
     case "audit":
       return <AuditPage />;
     case "access":
@@ -114,6 +106,33 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
     case "live":
       return <LivePage campus={shown} />;
   }
+}
+
+interface CurrentRunProps {
+  readonly campus: Campus;
+  readonly ids: readonly string[];
+}
+
+/** The list of runs, the replay of one, or that of the fleet. */
+function CurrentRun({ campus: shown, ids }: CurrentRunProps) {
+  const [vehicle_id, boot_id, at] = ids;
+  if (vehicle_id === FLEET) {
+    const replay = fleetReplayOf(ids);
+    if (replay === null) return <RunsPage campus={shown} is_link_broken />;
+    const key = `${replay.start_ms} ${replay.end_ms}`;
+    return <FleetReplayPage key={key} campus={shown} replay={replay} />;
+  }
+  if (vehicle_id === undefined || boot_id === undefined) return <RunsPage campus={shown} />;
+  const first_ms = Number.isSafeInteger(Number(at)) && at !== undefined ? Number(at) : null;
+  return (
+    <ReplayPage
+      key={`${vehicle_id}/${boot_id}`}
+      campus={shown}
+      vehicle_id={vehicle_id}
+      boot_id={boot_id}
+      first_ms={first_ms}
+    />
+  );
 }
 
 /** Shown on every page until every help call is acknowledged. */

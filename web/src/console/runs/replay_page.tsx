@@ -1,27 +1,44 @@
-import { useEffect, useId, useMemo } from "preact/hooks";
+import { useSignalEffect } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
 import type { Campus } from "../../shared/campus/campus";
 import type { Knowledge } from "../../shared/state/knowledge";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
-import { BackIcon, PauseIcon, PlayIcon } from "../../shared/ui/icons";
+import { BackIcon } from "../../shared/ui/icons";
+import { fragmentOf } from "../address";
 import { SceneMap } from "../map/scene_map";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
-import { formatDateTime, formatTimeWithSeconds } from "../texts/times";
+import { formatDateTime } from "../texts/times";
 import { ConditionChip } from "../vehicles/condition_chip";
 import { VehicleStatus } from "../vehicles/vehicle_status";
+import { CopyLink } from "./copy_link";
+import { MarkList } from "./mark_list";
 import { RunPlayer } from "./run_player";
+import { Timeline } from "./timeline";
 
-const SPEED_FACTORS = [1, 2, 5, 10, 30];
+const STEP_MS = 200;
 
 interface ReplayPageProps {
   readonly campus: Campus;
   readonly vehicle_id: string;
   readonly boot_id: string;
+  /** Where to begin; null for the beginning of the run. */
+  readonly first_ms: number | null;
 }
 
-export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
-  const player = useMemo(() => new RunPlayer(vehicle_id, boot_id), [vehicle_id, boot_id]);
+export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPageProps) {
+  const player = useMemo(() => new RunPlayer(vehicle_id, boot_id, first_ms), [vehicle_id, boot_id]);
   useEffect(() => () => player.close(), [player]);
+  // Another link to the same run was opened.
+  useEffect(() => player.show(first_ms), [player, first_ms]);
+  const { clock } = player;
+  const linkTo = (at_ms: number) =>
+    fragmentOf("runs", vehicle_id, boot_id, String(Math.round(at_ms)));
+  // While time stands, the address is a link to this moment.
+  useSignalEffect(() => {
+    if (player.scenes.value.length === 0 || clock.playing.value || player.is_on_the_way) return;
+    history.replaceState(null, "", linkTo(clock.at_ms.value));
+  });
   const t = texts.value;
   const scene = player.scene.value;
   const vehicle = scene?.vehicles[0];
@@ -33,10 +50,18 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
           {...(player.geometry.value === null ? {} : { geometry: player.geometry.value })}
           scene={scene}
           selected_vehicle={vehicle_id}
-          interpolate={!player.is_seek.value}
+          interpolate={!clock.is_seek.value}
           onSelect={() => undefined}
         />
-        {scene !== null && <Timeline player={player} />}
+        {scene !== null && (
+          <Timeline
+            clock={clock}
+            start_ms={player.start_ms}
+            end_ms={player.end_ms}
+            marks={player.marks.value}
+            step_ms={STEP_MS}
+          />
+        )}
       </div>
       <aside class="side">
         <section class="block vehicle">
@@ -45,6 +70,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
               <BackIcon />
               {t.back_to_runs}
             </button>
+            {scene !== null && <CopyLink href={linkTo(clock.at_ms.value)} />}
           </header>
           <div class="row-head">
             <h1>{vehicle?.facts.name ?? vehicle_id}</h1>
@@ -62,6 +88,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id }: ReplayPageProps) {
             <VehicleStatus vehicle={vehicle} scene={scene} knowledge={asKnownAt(scene.at_ms)} />
           )}
         </section>
+        {scene !== null && <MarkList marks={player.marks.value} clock={clock} />}
       </aside>
     </div>
   );
@@ -78,51 +105,4 @@ function RunLoadState({ player }: { readonly player: RunPlayer }) {
   if (player.problem.value !== null) return <ProblemAlert problem={player.problem.value} />;
   if (player.loading.value) return <Loading text={t.loading_run(count)} />;
   return count === 0 ? <Alert>{t.empty_run}</Alert> : null;
-}
-
-function Timeline({ player }: { readonly player: RunPlayer }) {
-  const t = texts.value;
-  const id = useId();
-  const is_playing = player.playing.value;
-  return (
-    <div class="timeline">
-      <button
-        type="button"
-        class="button main"
-        aria-label={is_playing ? t.pause : t.play}
-        onClick={() => player.toggle()}
-      >
-        {is_playing ? <PauseIcon /> : <PlayIcon />}
-      </button>
-      <time>{formatTimeWithSeconds(player.at_ms.value)}</time>
-      <input
-        type="range"
-        aria-label={t.at_time}
-        aria-valuetext={formatTimeWithSeconds(player.at_ms.value)}
-        min={player.start_ms}
-        max={player.end_ms}
-        step={200}
-        value={player.at_ms.value}
-        onInput={(event) => player.seek(event.currentTarget.valueAsNumber)}
-      />
-      <time>{formatTimeWithSeconds(player.end_ms)}</time>
-      <label class="visually-hidden" for={id}>
-        {t.play_speed}
-      </label>
-      <select
-        id={id}
-        class="input"
-        value={player.speed_factor.value}
-        onChange={(event) => {
-          player.speed_factor.value = Number(event.currentTarget.value);
-        }}
-      >
-        {SPEED_FACTORS.map((factor) => (
-          <option key={factor} value={factor}>
-            {t.speed_factor(factor)}
-          </option>
-        ))}
-      </select>
-    </div>
-  );
 }

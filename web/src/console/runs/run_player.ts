@@ -4,7 +4,9 @@ import type { Problem, Result } from "../../shared/api/problem";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
 import { campusGeometry } from "../../shared/campus/campus_geometry";
 import type { Scene } from "../../shared/scene/scene";
-import { advancePlayback, sceneAt } from "./playback";
+import { marksOfScenes } from "./marks";
+import { sceneAt } from "./playback";
+import { PlaybackClock } from "./playback_clock";
 
 const SCENES_PER_REQUEST = 3000;
 const STEP_MS = 200;
@@ -14,23 +16,24 @@ export class RunPlayer {
   readonly scenes = signal<readonly Scene[]>([]);
   readonly loading = signal(true);
   readonly problem = signal<Problem | null>(null);
-  readonly at_ms = signal(0);
-  readonly playing = signal(false);
-  readonly speed_factor = signal(1);
-  /** The last change of time was a seek, across which poses are not interpolated. */
-  readonly is_seek = signal(true);
   /** The map of the recording; null before it is loaded, or if it is missing. */
   readonly geometry = signal<CampusGeometry | null>(null);
   readonly map_problem = signal<Problem | null>(null);
-  readonly scene = computed(() => sceneAt(this.scenes.value, this.at_ms.value));
+  readonly clock = new PlaybackClock(() => ({
+    start_ms: this.start_ms,
+    end_ms: this.end_ms,
+    grows: this.loading.value,
+  }));
+  readonly scene = computed(() => sceneAt(this.scenes.value, this.clock.at_ms.value));
+  readonly marks = computed(() => marksOfScenes(this.scenes.value));
 
-  private frame = 0;
-  private last_frame_ms = 0;
   private closed = false;
 
   constructor(
     private readonly vehicle_id: string,
     private readonly boot_id: string,
+    /** Where to begin, if the run was recorded then. */
+    private waits_for_ms: number | null = null,
   ) {
     void this.loadMap();
     void this.load();
@@ -44,41 +47,21 @@ export class RunPlayer {
     return this.scenes.value.at(-1)?.at_ms ?? 0;
   }
 
+  /** Goes to a moment, at the latest when it is loaded. */
+  show(at_ms: number | null): void {
+    if (at_ms === null) return;
+    if (at_ms <= this.end_ms || !this.loading.value) this.clock.seek(at_ms);
+    else this.waits_for_ms = at_ms;
+  }
+
+  /** The moment that the link names is not loaded yet. */
+  get is_on_the_way(): boolean {
+    return this.waits_for_ms !== null;
+  }
+
   close(): void {
     this.closed = true;
-    cancelAnimationFrame(this.frame);
-  }
-
-  seek(at_ms: number): void {
-    this.is_seek.value = true;
-    this.at_ms.value = at_ms;
-  }
-
-  toggle(): void {
-    if (this.playing.value) {
-      this.playing.value = false;
-      return;
-    }
-    if (this.at_ms.value >= this.end_ms) this.seek(this.start_ms);
-    this.playing.value = true;
-    this.last_frame_ms = performance.now();
-    this.frame = requestAnimationFrame((now_ms) => this.step(now_ms));
-  }
-
-  private step(now_ms: number): void {
-    if (this.closed || !this.playing.value) return;
-    const elapsed_ms = Math.max(0, now_ms - this.last_frame_ms);
-    this.last_frame_ms = now_ms;
-    const next = advancePlayback(
-      this.at_ms.value,
-      elapsed_ms,
-      this.speed_factor.value,
-      this.end_ms,
-    );
-    this.is_seek.value = false;
-    this.at_ms.value = next.at_ms;
-    if (next.ended && !this.loading.value) this.playing.value = false;
-    this.frame = requestAnimationFrame((later_ms) => this.step(later_ms));
+    this.clock.close();
   }
 
   private async loadMap(): Promise<void> {
@@ -100,11 +83,23 @@ export class RunPlayer {
       }
       const is_first = this.scenes.value.length === 0;
       this.scenes.value = [...this.scenes.value, ...result.value];
-      if (is_first) this.at_ms.value = this.start_ms;
+      if (is_first) this.clock.seek(this.start_ms);
       from_ms = this.end_ms + 1;
       more = result.value.length === SCENES_PER_REQUEST;
+      this.goToFirst(more);
     }
     this.loading.value = false;
+  }
+
+  /** Goes to where the link points as soon as that is loaded, unless the operator has begun to look around. */
+  private goToFirst(more: boolean): void {
+    if (this.waits_for_ms === null) return;
+    if (this.clock.at_ms.value !== this.start_ms || this.clock.playing.value)
+      this.waits_for_ms = null;
+    else if (this.waits_for_ms <= this.end_ms || !more) {
+      this.clock.seek(this.waits_for_ms);
+      this.waits_for_ms = null;
+    }
   }
 
   private requestScenes(from_ms: number): Promise<Result<Scene[]>> {

@@ -1,13 +1,20 @@
 import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
+import type { Campus } from "../../shared/campus/campus";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { fragmentOf } from "../address";
 import { runs } from "../store/runs";
 import { vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
+import { DayForm } from "./fleet/day_form";
 
-export function RunsPage() {
+interface RunsPageProps {
+  readonly campus: Campus;
+  readonly is_link_broken?: boolean;
+}
+
+export function RunsPage({ campus, is_link_broken = false }: RunsPageProps) {
   const t = texts.value;
   const shown = runs.value.value;
   useEffect(() => void runs.refresh(), []);
@@ -16,6 +23,9 @@ export function RunsPage() {
       <header class="sheet-head">
         <h1>{t.runs}</h1>
       </header>
+      {is_link_broken && <Alert>{t.fleet_link_broken}</Alert>}
+      <p class="hint">{t.replay_fleet_lead}</p>
+      <DayForm campus={campus} />
       {runs.problem.value !== null && <ProblemAlert problem={runs.problem.value} />}
       {shown === null && runs.problem.value === null && <Loading text={t.loading} />}
       {shown?.length === 0 && <Alert>{t.no_runs}</Alert>}

@@ -13,6 +13,7 @@ import type {
 } from "../../shared/scene/scene";
 import type { Role } from "../session";
 import type { Condition } from "../../shared/scene/condition";
+import { replayEn } from "./replay_texts_en";
 
 const conditions: Record<Condition, string> = {
   offline: "No connection",
@@ -29,6 +30,7 @@ const conditions: Record<Condition, string> = {
 };
 
 export const en = {
+  ...replayEn,
   condition_unknown: "Unknown",
   not_live: (seconds: number) =>
     `No data for ${seconds} s. What you see is old and may have changed.`,
@@ -476,20 +478,10 @@ export const en = {
   length: "Length",
   stack: "Stack",
   size: "Size",
-  replay: "Replay",
   seconds: (seconds: number) => `${seconds} s`,
   minutes: (minutes: number) => `${minutes} min`,
   megabytes: (size: string) => `${size} MB`,
   not_uploaded: "not uploaded yet",
-  loading_run: (frames: number) => `Loading the run: ${frames} scenes…`,
-  empty_run: "This run has no positions yet.",
-  back_to_runs: "All runs",
-  play: "Play",
-  pause: "Pause",
-  at_time: "Time in the run",
-  play_speed: "Speed",
-  speed_factor: (factor: number) => `${factor}×`,
-  replay_banner: "Replay",
 
   enrol_title: "Enrol a vehicle",
   enrol_lead: "The code works once, within one day. Enter it on the computer of the vehicle:",

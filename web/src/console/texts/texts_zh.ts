@@ -1,6 +1,8 @@
+import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
 
 export const zh: ConsoleTexts = {
+  ...replayZh,
   title: "Campusloop 调度台",
   loading: "正在加载…",
   try_again: "重试",
@@ -423,20 +425,10 @@ export const zh: ConsoleTexts = {
   length: "时长",
   stack: "驾驶栈",
   size: "大小",
-  replay: "回放",
   seconds: (seconds) => `${seconds} 秒`,
   minutes: (minutes) => `${minutes} 分钟`,
   megabytes: (size) => `${size} MB`,
   not_uploaded: "尚未上传",
-  loading_run: (frames) => `正在加载运行记录：${frames} 个时刻…`,
-  empty_run: "此运行记录还没有位置数据。",
-  back_to_runs: "所有运行记录",
-  play: "播放",
-  pause: "暂停播放",
-  at_time: "运行时刻",
-  play_speed: "倍速",
-  speed_factor: (factor) => `${factor}×`,
-  replay_banner: "回放",
 
   enrol_title: "登记车辆",
   enrol_lead: "登记码一天内有效，仅可使用一次。请在车载计算机上输入：",

@@ -1435,6 +1435,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/replays/fleet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Fleet Past
+         * @description What the fleet did from a time on. The positions come from `/replays/positions`.
+         */
+        get: operations["get_fleet_past"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/replays/positions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Fleet Positions
+         * @description Where every vehicle was, as far as 60,000 stored positions reach; `to_ms` says how far.
+         */
+        get: operations["get_fleet_positions"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/developer-tokens": {
         parameters: {
             query?: never;
@@ -2537,6 +2577,28 @@ export interface components {
             message: string;
         };
         /**
+         * FleetPast
+         * @description What happened in [from_ms, to_ms), oldest first. is_cut: there was more than is told.
+         */
+        FleetPast: {
+            from_ms: number;
+            to_ms: number;
+            vehicles: components["schemas"]["PastVehicle"][];
+            marks: components["schemas"]["Mark"][];
+            rides: components["schemas"]["PastRide"][];
+            runs: components["schemas"]["PastRun"][];
+            is_cut: boolean;
+        };
+        /**
+         * FleetPositions
+         * @description Every position of [from_ms, to_ms), at most one each step. Ask on from `to_ms`.
+         */
+        FleetPositions: {
+            from_ms: number;
+            to_ms: number;
+            tracks: components["schemas"]["Track"][];
+        };
+        /**
          * FollowedEntryView
          * @example {
          *       "entry": {
@@ -2836,6 +2898,24 @@ export interface components {
             stops: components["schemas"]["StopView"][];
         };
         /**
+         * Mark
+         * @description Something that happened. detail: a stable code, e.g. of a fault; by: who did it.
+         */
+        Mark: {
+            at_ms: number;
+            /** @enum {unknown} */
+            kind: "blocked" | "braking" | "fault" | "incident" | "intervention" | "minimal_risk_stop" | "seat_button" | "stop" | "takeover";
+            vehicle_id: string;
+            /** @default  */
+            stop_id: string;
+            /** @default  */
+            ride_id: string;
+            /** @default  */
+            detail: string;
+            /** @default  */
+            by: string;
+        };
+        /**
          * NewOperator
          * @example {
          *       "name": "ann",
@@ -3052,6 +3132,38 @@ export interface components {
         Password: {
             /** Password */
             password: string;
+        };
+        /**
+         * PastRide
+         * @description A ride with a vehicle. state: a `RideState`; boarded_ms, ended_ms: 0 before that happens.
+         */
+        PastRide: {
+            ride_id: string;
+            ride_code: string;
+            state: string;
+            vehicle_id: string;
+            from_stop: string;
+            to_stop: string;
+            party: number;
+            requested_ms: number;
+            boarded_ms: number;
+            ended_ms: number;
+        };
+        /**
+         * PastRun
+         * @description A recording of one vehicle, which has its own replay. to_ms: when its last segment had come.
+         */
+        PastRun: {
+            vehicle_id: string;
+            boot_id: string;
+            from_ms: number;
+            to_ms: number;
+        };
+        /** PastVehicle */
+        PastVehicle: {
+            vehicle_id: string;
+            name: string;
+            seats: number;
         };
         /**
          * PatternBody
@@ -4610,6 +4722,20 @@ export interface components {
             expires_at: string;
             /** Revoked At */
             revoked_at: string | null;
+        };
+        /**
+         * Track
+         * @description Where one vehicle was: columns of equal length, one entry a position, oldest first.
+         */
+        Track: {
+            vehicle_id: string;
+            at_ms: number[];
+            x_m: number[];
+            y_m: number[];
+            yaw_rad: number[];
+            speed_mps: number[];
+            mode: ("autonomous" | "fault" | "held" | "manual" | "minimal_risk")[];
+            battery_ratio: number[];
         };
         /**
          * TrackReport
@@ -11442,6 +11568,127 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_fleet_past: {
+        parameters: {
+            query: {
+                /** @description Unix time, milliseconds */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Vehicles, marks, rides and recordings of that time. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FleetPast"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_fleet_positions: {
+        parameters: {
+            query: {
+                /** @description Unix time, milliseconds */
+                from_ms: number;
+                seconds?: number;
+                step_ms?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Positions in order of time; ask on from `to_ms`. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FleetPositions"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

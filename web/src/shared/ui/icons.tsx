@@ -60,6 +60,8 @@ export const SearchIcon = () =>
     </>,
   );
 export const PlayIcon = () => icon(<path d="M6 4l10 6-10 6z" fill="currentColor" />);
+export const PreviousIcon = () => icon(<path d="M15 4l-8 6 8 6zM5 4v12" fill="currentColor" />);
+export const NextIcon = () => icon(<path d="M5 4l8 6-8 6zM15 4v12" fill="currentColor" />);
 export const PauseIcon = () => icon(<path d="M7 4v12M13 4v12" stroke-width="3" />);
 
 /** The markers of pickup and destination, as on the map. */

@@ -1,0 +1,1 @@
+"""What the whole fleet did in the past: positions, and what happened."""

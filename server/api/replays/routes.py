@@ -1,0 +1,104 @@
+"""The past of the whole fleet: what happened in a stretch of time, and where every vehicle was."""
+
+from datetime import datetime
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter, Query, Response
+
+from server.api.problems import problems
+from server.api.security.access import READER_REFUSALS, Reader
+from server.api.services import InjectedServices
+from server.domain.instants import moment_of_ns, ms_of
+from server.live import past
+from server.usecases.ports.unit_of_work import UnitOfWork
+
+router = APIRouter(prefix="/replays", tags=["runs"])
+
+# A day whose clocks are set back, and a bit.
+DAY_S_MAX = 26 * 3600
+POSITIONS_S_MAX = 3600
+# Of one answer: an hour of 8 vehicles, 5 minutes of 100.
+ROWS_MAX = 60_000
+MARKS_MAX = 20_000
+RIDES_MAX = 20_000
+RUNS_MAX = 2_000
+_MS_MAX = 1 << 43  # year 2248: in nanoseconds it still fits into 64 bits
+
+From = Annotated[int, Query(ge=0, le=_MS_MAX, description="Unix time, milliseconds")]
+
+
+def _answer(name: str, description: str) -> dict[int | str, dict[str, Any]]:
+    schema = {"$ref": f"#/components/schemas/{name}"}
+    return {200: {"description": description, "content": {"application/json": {"schema": schema}}}}
+
+
+@router.get(
+    "/fleet",
+    operation_id="get_fleet_past",
+    response_class=Response,
+    responses=problems(*READER_REFUSALS)
+    | _answer("FleetPast", "Vehicles, marks, rides and recordings of that time."),
+)
+async def get_fleet_past(
+    services: InjectedServices,
+    _: Reader,
+    from_ms: From,
+    seconds: Annotated[int, Query(ge=1, le=DAY_S_MAX)] = 24 * 3600,
+) -> Response:
+    """What the fleet did from a time on. The positions come from `/replays/positions`."""
+    since, until = _moment(from_ms), _moment(from_ms + 1000 * seconds)
+    found = await services.transactions.read(lambda uow: _past(uow, since, until))
+    body = await services.offload.run(lambda: msgspec.json.encode(found))
+    return Response(body, media_type="application/json")
+
+
+@router.get(
+    "/positions",
+    operation_id="get_fleet_positions",
+    response_class=Response,
+    responses=problems(*READER_REFUSALS)
+    | _answer("FleetPositions", "Positions in order of time; ask on from `to_ms`."),
+)
+async def get_fleet_positions(
+    services: InjectedServices,
+    _: Reader,
+    from_ms: From,
+    seconds: Annotated[int, Query(ge=1, le=POSITIONS_S_MAX)] = 120,
+    step_ms: Annotated[int, Query(ge=100, le=60_000)] = 1000,
+) -> Response:
+    """Where every vehicle was, as far as 60,000 stored positions reach; `to_ms` says how far."""
+    to_ms = from_ms + 1000 * seconds
+    found = await services.transactions.read(
+        lambda uow: uow.past.positions(_moment(from_ms), _moment(to_ms), ROWS_MAX)
+    )
+
+    def work() -> bytes:
+        is_cut = len(found) == ROWS_MAX
+        return msgspec.json.encode(past.fleet_positions(found, from_ms, to_ms, step_ms, is_cut))
+
+    return Response(await services.offload.run(work), media_type="application/json")
+
+
+def _past(uow: UnitOfWork, since: datetime, until: datetime) -> past.FleetPast:
+    events = uow.past.vehicle_events(since, until, past.EVENT_KINDS, MARKS_MAX)
+    # There are many of these: they must not crowd out a takeover.
+    stops = uow.past.vehicle_events(since, until, past.STOP_KINDS, MARKS_MAX)
+    incidents = uow.past.incidents(since, until, MARKS_MAX)
+    said = uow.past.server_events(since, until, past.INTERVENTIONS, MARKS_MAX)
+    rides = uow.past.rides(since, until, RIDES_MAX)
+    runs = uow.past.runs(since, until, RUNS_MAX)
+    full = [len(events), len(stops), len(incidents), len(said)]
+    return past.FleetPast(
+        from_ms=ms_of(since),
+        to_ms=ms_of(until),
+        vehicles=[past.past_vehicle(vehicle) for vehicle in uow.vehicles.all()],
+        marks=past.marks((*events, *stops), incidents, said),
+        rides=[past.past_ride(ride) for ride in rides],
+        runs=[past.past_run(run) for run in runs],
+        is_cut=max(full) == MARKS_MAX or len(rides) == RIDES_MAX or len(runs) == RUNS_MAX,
+    )
+
+
+def _moment(at_ms: int) -> datetime:
+    return moment_of_ns(at_ms * 1_000_000)
