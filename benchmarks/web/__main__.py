@@ -1,6 +1,6 @@
 """What people wait for in the pages, in real Chromium against a real server.
 
-    python -m benchmarks.web [--vehicles 1000] [--seconds 10] [--skip-axe] [--screenshots DIR] [--json FILE]
+    python -m benchmarks.web [--vehicles 1000] [--seconds 10] [--replay-vehicles 50] [--seed 1] [--skip-axe] [--screenshots DIR] [--json FILE]
 
 The pages must be built (`make web`). The server is a process of its own with the shipped campus and a
 scripted shuttle. The summary:
@@ -11,6 +11,8 @@ scripted shuttle. The summary:
                     the live websocket is played within the page, so that only the page takes time
     frame_p95_ms    the time between two of these frames
     idle_cpu_pct    of a core, all processes of the browser, a ride's page open while its shuttle stands
+    replay_open_s   from the click until the fleet's day is drawn: --replay-vehicles, 24 hours, 2 positions a second
+    replay_seek_p95_ms  from the slider to the fleet at a moment of the day that was not loaded before
     axe_violations  rules of axe-core (WCAG 2.2 A and AA, best practice) times states that break them
     axe_states      states of both pages x {en, zh} x {light, dark} x {plain, text at 200 %, reduced motion}
 """
@@ -26,6 +28,7 @@ from playwright.sync_api import Browser, sync_playwright
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.web.accessibility import Audit, rows_of
 from benchmarks.web.console_frames import measure_console
+from benchmarks.web.fleet_replay import measure_replay
 from benchmarks.web.passenger import first_booking, first_load_kb, idle_cpu_pct
 from tests.e2e.chromium import LAUNCH_FLAGS, chromium_path
 from tests.e2e.server_process import ServerProcess
@@ -35,6 +38,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--vehicles", type=int, default=1000, help="in the console's fleet")
     parser.add_argument("--seconds", type=float, default=10.0, help="of measuring frames and idleness")
+    parser.add_argument("--replay-vehicles", type=int, default=50, help="in the replayed day; 0 leaves it out")
+    parser.add_argument("--seed", type=int, default=1, help="of the moments that are looked at")
     parser.add_argument("--skip-axe", action="store_true", help="leave out accessibility (minutes)")
     parser.add_argument("--screenshots", type=Path, default=None, help="keep a picture of every state here")
     parser.add_argument("--json", type=Path, default=None)
@@ -43,7 +48,7 @@ def main() -> None:
         arguments.screenshots.mkdir(parents=True, exist_ok=True)
     report = RunReport()
     rows, summary = _measure(arguments)
-    given = {"vehicles": arguments.vehicles, "seconds": arguments.seconds, "skip_axe": arguments.skip_axe}
+    given = {"vehicles": arguments.vehicles, "seconds": arguments.seconds, "replay_vehicles": arguments.replay_vehicles, "seed": arguments.seed, "skip_axe": arguments.skip_axe}
     report.write(arguments.json, "web", given, rows, summary)
 
 
@@ -58,6 +63,12 @@ def _measure(arguments: argparse.Namespace) -> tuple[list[Row], Row]:
             frames = measure_console(
                 browser, server, arguments.vehicles, arguments.seconds, arguments.screenshots
             )
+        replay = None
+        if arguments.replay_vehicles:
+            with _browser() as browser:
+                replay = measure_replay(
+                    browser, arguments.replay_vehicles, arguments.seed, arguments.screenshots
+                )
         with _browser() as browser:
             audit = Audit(browser, server, arguments.screenshots)
             if not arguments.skip_axe:
@@ -70,6 +81,9 @@ def _measure(arguments: argparse.Namespace) -> tuple[list[Row], Row]:
         "frame_p95_ms": frames.frame_p95_ms,
         "console_nodes": frames.nodes,
         "idle_cpu_pct": idle_pct,
+        "replay_open_s": None if replay is None else replay.open_s,
+        "replay_seek_p50_ms": None if replay is None else replay.seek_p50_ms,
+        "replay_seek_p95_ms": None if replay is None else replay.seek_p95_ms,
         "axe_violations": None if arguments.skip_axe else len(audit.violations),
         "axe_states": audit.states,
     }

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -145,6 +146,11 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
         page.goto(f"{server.origin}/console#/{place}")
         page.locator("main h1, main h2").first.wait_for()
         shown(place)
+    begun_ms = round(time.time() * 1000) - 3_600_000
+    page.goto(f"{server.origin}/console#/runs/@fleet/{begun_ms}/7200/{begun_ms + 3_590_000}")
+    page.locator(".timeline").wait_for()
+    page.locator(".row").first.wait_for()
+    shown("fleet-replay")
 
 
 _PLACES = ("rides", "service", "incidents", "runs", "audit", "access")

@@ -21,6 +21,8 @@ POSITIONS_S_MAX = 3600
 # Of one answer: an hour of 8 vehicles, 5 minutes of 100.
 ROWS_MAX = 60_000
 MARKS_MAX = 20_000
+# A day of 50 busy shuttles has 51,000.
+STOPS_MAX = 60_000
 RIDES_MAX = 20_000
 RUNS_MAX = 2_000
 _MS_MAX = 1 << 43  # year 2248: in nanoseconds it still fits into 64 bits
@@ -83,12 +85,19 @@ async def get_fleet_positions(
 def _past(uow: UnitOfWork, since: datetime, until: datetime) -> past.FleetPast:
     events = uow.past.vehicle_events(since, until, past.EVENT_KINDS, MARKS_MAX)
     # There are many of these: they must not crowd out a takeover.
-    stops = uow.past.vehicle_events(since, until, past.STOP_KINDS, MARKS_MAX)
+    stops = uow.past.vehicle_events(since, until, past.STOP_KINDS, STOPS_MAX)
     incidents = uow.past.incidents(since, until, MARKS_MAX)
     said = uow.past.server_events(since, until, past.INTERVENTIONS, MARKS_MAX)
     rides = uow.past.rides(since, until, RIDES_MAX)
     runs = uow.past.runs(since, until, RUNS_MAX)
-    full = [len(events), len(stops), len(incidents), len(said)]
+    counts = [
+        (len(events), MARKS_MAX),
+        (len(stops), STOPS_MAX),
+        (len(incidents), MARKS_MAX),
+        (len(said), MARKS_MAX),
+        (len(rides), RIDES_MAX),
+        (len(runs), RUNS_MAX),
+    ]
     return past.FleetPast(
         from_ms=ms_of(since),
         to_ms=ms_of(until),
@@ -96,7 +105,7 @@ def _past(uow: UnitOfWork, since: datetime, until: datetime) -> past.FleetPast:
         marks=past.marks((*events, *stops), incidents, said),
         rides=[past.past_ride(ride) for ride in rides],
         runs=[past.past_run(run) for run in runs],
-        is_cut=max(full) == MARKS_MAX or len(rides) == RIDES_MAX or len(runs) == RUNS_MAX,
+        is_cut=any(count == most for count, most in counts),
     )
 
 

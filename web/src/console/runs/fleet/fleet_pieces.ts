@@ -11,7 +11,7 @@ export interface Level {
   readonly step_ms: number;
 }
 
-export const FINE: Level = { length_ms: 120_000, step_ms: 1_000 };
+export const FINE: Level = { length_ms: 60_000, step_ms: 1_000 };
 export const COARSE: Level = { length_ms: 300_000, step_ms: 4_000 };
 /** From this factor on a coarse piece is enough: a frame skips more than its step. */
 export const COARSE_FROM_FACTOR = 30;
