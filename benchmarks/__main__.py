@@ -26,6 +26,7 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.connections", "--vehicles", "2000", "--seconds", "10"),
     ("benchmarks.connections.slow_readers", "--seconds", "15"),
     ("benchmarks.replies",),
+    ("benchmarks.maps",),
 )
 
 

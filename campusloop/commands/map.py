@@ -1,4 +1,4 @@
-"""`campusloop map`: build road maps, and check them."""
+"""`campusloop map`: build road maps, check them, and write them in the formats of others."""
 
 import csv
 import itertools
@@ -15,7 +15,8 @@ from rich.table import Table
 from contract.roads.load import MapError, encode_map, load_map
 from contract.roads.model import Lane, RoadMap
 from contract.roads.validate import problems
-from server.feeds.roads.import_osm import ImportOptions, ImportReport, import_osm
+from server.feeds.roads.exchange.formats import EXPORTS, ExportFormat, import_map
+from server.feeds.roads.import_osm import ImportOptions, ImportReport
 from server.feeds.roads.osm.osm_file import Bounds
 from server.feeds.roads.schematic import snow_lion_map
 
@@ -27,7 +28,7 @@ _DEFECTS = 1
 
 @app.command("import")
 def import_file(
-    source: Annotated[Path, typer.Argument(metavar="FILE", help="OpenStreetMap XML or PBF")],
+    source: Annotated[Path, typer.Argument(metavar="FILE", help="OpenStreetMap, GeoJSON, Lanelet2")],
     out: Annotated[Path, typer.Option("--out", help="the map to write")],
     campus_id: Annotated[str, typer.Option(help="the campus's id in every table and topic")] = "campus",
     name: Annotated[str, typer.Option(help="the campus's name for people")] = "Campus",
@@ -40,7 +41,7 @@ def import_file(
     ] = None,
     left_hand: Annotated[bool, typer.Option("--left-hand", help="traffic keeps left")] = False,
 ) -> None:
-    """Build a drivable map from an OpenStreetMap file and list every repair."""
+    """Build a drivable map from an OpenStreetMap, GeoJSON or Lanelet2 file and list every repair."""
     console = Console()
     try:
         options = ImportOptions(
@@ -52,8 +53,8 @@ def import_file(
             names_en=_names(names) if names else {},
         )
         with console.status(f"importing {source.name}"):
-            report = import_osm(source, options)
-        _write(out, report.map)
+            report = import_map(source, options)
+        _write(out, encode_map(report.map))
     except MapError as error:
         _refuse(console, error)
     _print_lists(console, report)
@@ -81,13 +82,29 @@ def check_map(map_file: Annotated[Path, typer.Argument(metavar="MAP.json")]) -> 
     raise typer.Exit(_DEFECTS)
 
 
+@app.command("export")
+def export_map(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP.json")],
+    out: Annotated[Path, typer.Option("--out", help="the file to write")],
+    format_: Annotated[ExportFormat, typer.Option("--format", help="geojson or lanelet2")] = "geojson",
+) -> None:
+    """Write a map as GeoJSON or Lanelet2; `campusloop map import` reads it back without loss."""
+    console = Console()
+    try:
+        written = EXPORTS[format_](load_map(map_file))
+        _write(out, written)
+    except MapError as error:
+        _refuse(console, error)
+    console.print(f"written to {escape(str(out))}, {len(written) / 1e6:.1f} MB", soft_wrap=True)
+
+
 @app.command("schematic")
 def build_schematic(out: Annotated[Path, typer.Option("--out", help="the map to write")]) -> None:
     """Build the schematic Snow Lion network with its published timetable."""
     console = Console()
     road_map = snow_lion_map()
     try:
-        _write(out, road_map)
+        _write(out, encode_map(road_map))
     except MapError as error:
         _refuse(console, error)
     _print_summary(console, road_map)
@@ -99,12 +116,12 @@ def _refuse(console: Console, error: MapError) -> NoReturn:
     raise typer.Exit(_BAD_INPUT) from error
 
 
-def _write(out: Path, road_map: RoadMap) -> None:
+def _write(out: Path, content: bytes) -> None:
     """Write atomically: a map that a full disk cuts short must not replace a good one."""
     part = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(encode_map(road_map))
+        part.write_bytes(content)
         os.replace(part, out)
     except OSError as error:
         part.unlink(missing_ok=True)

@@ -8,6 +8,8 @@ import msgspec
 from contract.roads.model import FORMAT_VERSION, RoadMap
 
 _VERSION_DIGITS = 16
+# Later than format 1: not written when empty, so that maps without them keep their version.
+_LATER_FIELDS = ("observation_areas", "no_stopping_zones", "kerbs")
 
 
 class MapError(Exception):
@@ -26,10 +28,11 @@ def content_version(road_map: RoadMap) -> str:
 
 
 def _json(road_map: RoadMap) -> bytes:
-    """A map without observation areas is written as it was before there were any."""
+    """A map without what came later is written as it was before there was any of it."""
     fields = msgspec.structs.asdict(road_map)
-    if not road_map.observation_areas:
-        del fields["observation_areas"]
+    for name in _LATER_FIELDS:
+        if not fields[name]:
+            del fields[name]
     return msgspec.json.encode(fields)
 
 

@@ -112,6 +112,25 @@ class ObservationArea(msgspec.Struct, frozen=True):
     stop_lines: tuple[tuple[str, float], ...]
 
 
+class NoStoppingZone(msgspec.Struct, frozen=True):
+    """A stretch of one lane where no rider gets in or out: no stop, no resting place, no stop on request.
+
+    s_from_m, s_to_m  between which the body must not stand; a shuttle that has to wait may still do so
+    """
+
+    zone_id: str
+    lane_id: str
+    s_from_m: float
+    s_to_m: float
+
+
+class Kerb(msgspec.Struct, frozen=True):
+    """The edge of what can be driven on: a line that no body may cross; points in the map frame."""
+
+    kerb_id: str
+    points: tuple[Point, ...]
+
+
 class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
     """One scheduled run: a departure (seconds after local midnight) at each of its stops, in order.
 
@@ -126,7 +145,8 @@ class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
 class RoadMap(msgspec.Struct, frozen=True):
     """A campus map; `map_version` is the content's hash, set by `contract.roads.load`.
 
-    observation_areas  not written when there are none: maps made before there were any keep their version
+    observation_areas, no_stopping_zones, kerbs  not written when there are none: maps made before there
+                       were any keep their version
     """
 
     campus_id: str
@@ -145,6 +165,8 @@ class RoadMap(msgspec.Struct, frozen=True):
     format_version: int = FORMAT_VERSION
     map_version: str = ""
     observation_areas: tuple[ObservationArea, ...] = ()
+    no_stopping_zones: tuple[NoStoppingZone, ...] = ()
+    kerbs: tuple[Kerb, ...] = ()
 
     @property
     def charging_places(self) -> tuple[RestingPlace, ...]:

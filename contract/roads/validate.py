@@ -7,13 +7,14 @@ from collections.abc import Iterable, Iterator, Sequence
 import msgspec
 import numpy as np
 
-from contract.geometry import Array, arc_lengths, curvatures, wrap_angle
+from contract.geometry import Array, arc_lengths, curvatures, project, resample, wrap_angle
 from contract.roads.areas import crosses_itself, ground_m2, outline_array
 from contract.roads.design_vehicle import (
     CURVATURE_MAX_1PM,
     CURVATURE_TOLERANCE_1PM,
     FRONT_REACH_M,
     REAR_OVERHANG_M,
+    WIDTH_M,
 )
 from contract.roads.model import NAME_CHARACTERS_MAX, Lane, RoadMap
 from contract.roads.section_graph import SectionGraph, broken_promises
@@ -22,6 +23,7 @@ _POINT_GAP_MAX_M = 1.0
 _JOINT_GAP_MAX_M = 0.02
 _JOINT_BEND_MAX_RAD = 0.06
 _TILE_GAP_MAX_M = 0.001
+_KERB_STEP_M = 0.25
 
 
 class Problem(msgspec.Struct, frozen=True):
@@ -54,6 +56,8 @@ def problems(road_map: RoadMap) -> tuple[Problem, ...]:
         *_lopsided(road_map),
         *_off_lane(road_map, lines),
         *_bad_outlines(road_map),
+        *_bad_zones(road_map, lines),
+        *_kerbs_in_the_way(road_map, lines),
     )
     if any(problem.code in {"untiled", "off_lane"} for problem in second):
         return second
@@ -74,6 +78,8 @@ def _doubled_ids(road_map: RoadMap) -> Iterator[Problem]:
         [place.place_id for place in road_map.resting_places],
         [trip.trip_id for trip in road_map.timetable],
         [area.area_id for area in road_map.observation_areas],
+        [zone.zone_id for zone in road_map.no_stopping_zones],
+        [kerb.kerb_id for kerb in road_map.kerbs],
     ):
         for doubled, count in Counter(ids).items():
             if count > 1:
@@ -87,6 +93,8 @@ def _long_names(road_map: RoadMap) -> Iterator[Problem]:
         *((section.section_id,) for section in road_map.sections),
         *((place.place_id,) for place in road_map.resting_places),
         *((area.area_id,) for area in road_map.observation_areas),
+        *((zone.zone_id,) for zone in road_map.no_stopping_zones),
+        *((kerb.kerb_id,) for kerb in road_map.kerbs),
         *((stop.stop_id, stop.name, stop.name_en) for stop in road_map.stops),
     )
     for names in named:
@@ -110,6 +118,7 @@ def _dangling(road_map: RoadMap) -> Iterator[Problem]:
         (area.area_id, "stop line's lane", [lane_id for lane_id, _ in area.stop_lines], lanes)
         for area in road_map.observation_areas
     ]
+    references += [(zone.zone_id, "lane", (zone.lane_id,), lanes) for zone in road_map.no_stopping_zones]
     references += [
         (trip.trip_id, "stop", [stop_id for stop_id, _ in trip.calls], stops) for trip in road_map.timetable
     ]
@@ -126,6 +135,11 @@ def _bad_points(road_map: RoadMap) -> Iterator[Problem]:
             yield Problem("not_finite", lane.lane_id, "a point is not a finite number")
         if not (lane.speed_limit_mps > 0.0 and math.isfinite(lane.speed_limit_mps)):
             yield Problem("bad_speed", lane.lane_id, f"speed limit {lane.speed_limit_mps} m/s")
+        if not (lane.width_m > 0.0 and math.isfinite(lane.width_m)):
+            yield Problem("bad_width", lane.lane_id, f"width {lane.width_m} m")
+    for kerb in road_map.kerbs:
+        if len(kerb.points) < 2 or not all(math.isfinite(x) and math.isfinite(y) for x, y in kerb.points):
+            yield Problem("bad_kerb", kerb.kerb_id, "a kerb needs two points with finite places")
 
 
 def _shapes(lines: dict[str, Array]) -> Iterator[Problem]:
@@ -212,6 +226,37 @@ def _bad_outlines(road_map: RoadMap) -> Iterator[Problem]:
             yield Problem("bad_outline", area.area_id, "an outline needs three corners with finite places")
         elif crosses_itself(outline) or ground_m2(outline) <= 0.0:
             yield Problem("bad_outline", area.area_id, "the outline crosses itself or encloses nothing")
+
+
+def _bad_zones(road_map: RoadMap, lines: dict[str, Array]) -> Iterator[Problem]:
+    for zone in road_map.no_stopping_zones:
+        length = float(arc_lengths(lines[zone.lane_id])[-1])
+        if not 0.0 <= zone.s_from_m < zone.s_to_m <= length + _TILE_GAP_MAX_M:
+            detail = f"{zone.s_from_m:.1f} to {zone.s_to_m:.1f} m on a lane of {length:.1f} m"
+            yield Problem("bad_zone", zone.zone_id, detail)
+            continue
+        standing = [(stop.stop_id, stop.lane_id, stop.s_m) for stop in road_map.stops]
+        standing += [(place.place_id, place.lane_id, place.s_m) for place in road_map.resting_places]
+        for where, lane_id, s_m in standing:
+            rear_m, front_m = s_m - REAR_OVERHANG_M, s_m + FRONT_REACH_M
+            if lane_id == zone.lane_id and rear_m < zone.s_to_m and front_m > zone.s_from_m:
+                yield Problem("in_no_stopping_zone", where, f"a shuttle here stands in {zone.zone_id}")
+
+
+def _kerbs_in_the_way(road_map: RoadMap, lines: dict[str, Array]) -> Iterator[Problem]:
+    for kerb in road_map.kerbs:
+        edge = resample(np.array(kerb.points, dtype=np.float64), _KERB_STEP_M)
+        low, high = edge.min(axis=0) - WIDTH_M, edge.max(axis=0) + WIDTH_M
+        for lane_id, points in lines.items():
+            near = np.flatnonzero(np.all((points >= low) & (points <= high), axis=1))
+            if len(near) == 0:
+                continue
+            s = arc_lengths(points)
+            first, last = int(near[0]) - 1, int(near[-1]) + 1
+            apart_m = min(abs(float(project(points, s, x, y, first, last)[1])) for x, y in edge)
+            if apart_m < WIDTH_M / 2.0:
+                detail = f"{kerb.kerb_id} is {apart_m:.2f} m from this lane's line: a shuttle would touch it"
+                yield Problem("kerb_in_the_way", lane_id, detail)
 
 
 def _cut_off(road_map: RoadMap) -> Iterator[Problem]:

@@ -29,14 +29,14 @@ def next_stopping_place(
     """The place of the rear axle on the line; None when there is none before limit_m.
 
     The whole body must stand on road lanes, clear of every section that conflicts with a turn, so that no
-    passenger gets out in a junction.
+    passenger gets out in a junction, and clear of the map's no-stopping zones.
     """
     first_m = s_m + speed_mps * rules.reaction_s + speed_mps**2 / (2.0 * rules.decel_mps2)
-    junctions = _junction_spans(network, line)
+    closed = sorted([*_junction_spans(network, line), *_zone_spans(network, line)])
     candidate_m = first_m
     while candidate_m <= limit_m:
         rear_m, front_m = candidate_m - body.back_m, candidate_m + body.front_m
-        beyond = next((to_m for from_m, to_m in junctions if from_m < front_m and to_m > rear_m), None)
+        beyond = next((to_m for from_m, to_m in closed if from_m < front_m and to_m > rear_m), None)
         if beyond is None:
             return candidate_m
         candidate_m = max(candidate_m + _STEP_M, beyond + body.back_m)
@@ -52,6 +52,16 @@ def _junction_spans(network: RoadNetwork, line: OrderLine) -> list[tuple[float, 
             network.lanes[network.sections[other].lane_id].kind != "road"
             for other in _conflicting(network, section_id)
         )
+    ]
+
+
+def _zone_spans(network: RoadNetwork, line: OrderLine) -> list[tuple[float, float]]:
+    """Spans of the line that lie in a no-stopping zone."""
+    return [
+        (begin_m + zone.s_from_m, begin_m + zone.s_to_m)
+        for zone in network.road_map.no_stopping_zones
+        for lane_id, begin_m in zip(line.line.lane_ids, line.lane_from_m, strict=True)
+        if lane_id == zone.lane_id
     ]
 
 

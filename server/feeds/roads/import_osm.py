@@ -73,10 +73,13 @@ def import_osm(path: Path, options: ImportOptions = ImportOptions()) -> ImportRe
     Raises MapError with what to do: see `read_osm`, and no_roads, no_loop (no circuit that a shuttle can
     drive), no_stops, no_resting_places.
     """
-    data = read_osm(path)
+    return import_data(read_osm(path), options, ImportLog())
+
+
+def import_data(data: OsmData, options: ImportOptions, log: ImportLog) -> ImportReport:
+    """The same from data that were read already. Raises MapError as `import_osm` does."""
     if options.bounds is not None:
         data = replace(data, bounds=options.bounds)
-    log = ImportLog()
     frame = frame_of(data, log)
     found = features(data, frame)
     ground = Ground([f.outline for f in found if is_building(f) or is_water(f)])

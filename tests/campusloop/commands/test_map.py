@@ -11,6 +11,7 @@ from contract.roads.load import encode_map, load_map
 from contract.roads.model import RestingPlace
 from server.feeds.roads.generated import generated_osm
 from tests.contract.roads.ring_map import ring_map
+from tests.server.feeds.roads.shipped import SNOW_LION_MAP
 
 RUN = CliRunner()
 
@@ -84,3 +85,19 @@ def test_the_schematic_map_is_written(tmp_path: Path) -> None:
     out = tmp_path / "map.json"
     assert RUN.invoke(app, ["schematic", "--out", str(out)]).exit_code == 0
     assert load_map(out).schematic
+
+
+@pytest.mark.parametrize("kind", ["geojson", "lanelet2"])
+def test_an_exported_map_is_imported_again_under_the_same_version(tmp_path: Path, kind: str) -> None:
+    source, out, back = tmp_path / "map.json", tmp_path / "out.file", tmp_path / "back.json"
+    source.write_bytes(encode_map(load_map(SNOW_LION_MAP)))
+    exported = RUN.invoke(app, ["export", str(source), "--out", str(out), "--format", kind])
+    assert exported.exit_code == 0, exported.output
+    done = RUN.invoke(app, ["import", str(out), "--out", str(back)])
+    assert done.exit_code == 0, done.output
+    assert load_map(back).map_version == load_map(source).map_version
+
+
+def test_an_unknown_format_ends_with_2(tmp_path: Path) -> None:
+    done = RUN.invoke(app, ["export", str(SNOW_LION_MAP), "--out", str(tmp_path / "x"), "--format", "shape"])
+    assert done.exit_code == 2, done.output

@@ -7,8 +7,18 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from contract.roads.load import load_map
-from contract.roads.model import Lane, ObservationArea, RestingPlace, RoadMap, Section, Stop, TimetableTrip
+from contract.roads.load import content_version, load_map
+from contract.roads.model import (
+    Kerb,
+    Lane,
+    NoStoppingZone,
+    ObservationArea,
+    RestingPlace,
+    RoadMap,
+    Section,
+    Stop,
+    TimetableTrip,
+)
 from contract.roads.validate import problems
 from tests.contract.roads.generated_maps import generated_map
 from tests.contract.roads.ring_map import ring_map
@@ -42,6 +52,15 @@ def _area(**changes: Any) -> Callable[[RoadMap], RoadMap]:
     return lambda road_map: replace(road_map, observation_areas=(replace(area, **changes),))
 
 
+def _zone(**changes: Any) -> Callable[[RoadMap], RoadMap]:
+    zone = NoStoppingZone("z", "side-0", 20.0, 30.0)
+    return lambda road_map: replace(road_map, no_stopping_zones=(replace(zone, **changes),))
+
+
+def _kerb(points: tuple[tuple[float, float], ...]) -> Callable[[RoadMap], RoadMap]:
+    return lambda road_map: replace(road_map, kerbs=(Kerb("k", points),))
+
+
 SECOND_PLACE = RestingPlace("r", "side-1", 20.0)
 
 DEFECTS: list[tuple[str, Callable[[RoadMap], RoadMap]]] = [
@@ -55,6 +74,16 @@ DEFECTS: list[tuple[str, Callable[[RoadMap], RoadMap]]] = [
     ("dangling_id", lambda m: replace(m, stops=(Stop("s", "S", "nowhere", 1.0),))),
     ("dangling_id", lambda m: replace(m, resting_places=(RestingPlace("r", "nowhere", 1.0),))),
     ("dangling_id", lambda m: replace(m, timetable=(TimetableTrip("t", (("nowhere", 0),)),))),
+    ("dangling_id", _zone(lane_id="nowhere")),
+    ("bad_zone", _zone(s_to_m=100.5)),
+    ("bad_zone", _zone(s_from_m=30.0)),
+    ("in_no_stopping_zone", _zone(s_from_m=62.0, s_to_m=70.0)),
+    ("in_no_stopping_zone", _zone(lane_id="side-3")),
+    ("bad_kerb", _kerb(((0.0, 3.0),))),
+    ("bad_kerb", _kerb(((0.0, 3.0), (math.nan, 3.0)))),
+    ("kerb_in_the_way", _kerb(((-5.0, 3.0), (50.0, 0.8)))),
+    ("kerb_in_the_way", _kerb(((50.0, 40.0), (50.0, -40.0)))),
+    ("bad_width", _lane(lambda lane: replace(lane, width_m=0.0))),
     ("dangling_id", _area(stop_lines=(("nowhere", 1.0),))),
     ("doubled_id", lambda m: replace(m, observation_areas=_area()(m).observation_areas * 2)),
     ("off_lane", _area(stop_lines=(("side-0", 100.5),))),
@@ -195,3 +224,13 @@ def test_every_defect_is_named_at_its_place() -> None:
         ("off_lane", "far"),
         ("off_lane", "before"),
     ]
+
+
+def test_a_zone_away_from_stops_and_a_kerb_beside_the_road_are_no_defects() -> None:
+    road_map = _zone()(_kerb(((5.0, 1.5), (95.0, 1.5)))(ring_map()))
+    assert problems(road_map) == ()
+
+
+def test_maps_without_zones_and_kerbs_keep_their_version() -> None:
+    assert content_version(load_map(CAMPUS_MAP)) == load_map(CAMPUS_MAP).map_version
+    assert content_version(_zone()(ring_map())) != ring_map().map_version

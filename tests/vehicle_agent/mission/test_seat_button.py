@@ -5,8 +5,11 @@ import numpy as np
 import pytest
 
 from contract.geometry import Pose2
+from contract.roads.model import NoStoppingZone
+from contract.roads.network import RoadNetwork
 from contract.wire.messages import Blocked, Command, DoorsChanged, SeatButtonPressed
 from tests.vehicle_agent.mission.ring import NETWORK, ROOM, RingShuttle, a_visit, all_sections, an_order, rest
+from vehicle_agent.mission.seat_button import StopRules, next_stopping_place
 from vehicle_agent.signals import NO_TRACKS, PEDESTRIAN, VEHICLE, SeatButton, Tracks
 
 STOP = ("north", 40.0)
@@ -60,6 +63,20 @@ def test_no_passenger_gets_out_in_a_junction() -> None:
     rear = answer.s_m - 0.85
     assert answer.lane_id == "north"
     assert rear >= -1e-9
+
+
+def test_no_stop_is_made_in_a_no_stopping_zone() -> None:
+    """The same press, with a zone about the place where the shuttle would stop: it stops beyond the zone."""
+    shuttle = driving(6)
+    route, begin_m = shuttle.state.route, shuttle.state.s_m
+    assert route is not None
+    free_m = next_stopping_place(NETWORK, route, begin_m, 1.0, 80.0, ROOM.rules.body, StopRules(1.0))
+    assert free_m is not None
+    place = route.place(free_m)
+    zone = NoStoppingZone("zone", place.lane_id, place.s_m - 1.0, place.s_m + 5.0)
+    zoned = RoadNetwork(msgspec.structs.replace(NETWORK.road_map, no_stopping_zones=(zone,)))
+    beyond_m = next_stopping_place(zoned, route, begin_m, 1.0, 80.0, ROOM.rules.body, StopRules(1.0))
+    assert beyond_m == pytest.approx(free_m + 5.0 + ROOM.rules.body.back_m)
 
 
 def test_no_stop_is_made_beyond_the_grants() -> None:

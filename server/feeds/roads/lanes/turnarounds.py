@@ -1,6 +1,7 @@
 """Turnarounds: a loop at the dead end of a two-way road, where the ground is open."""
 
 import math
+from collections.abc import Iterator
 
 from contract.geometry import Array
 from contract.roads.design_vehicle import WIDTH_M
@@ -60,14 +61,20 @@ def _loop(
     road: Road, end: int, before: LaneDraft, after: LaneDraft, ground: Ground, tagged: bool
 ) -> Array | None:
     start, finish = end_poses(before.points)[1], end_poses(after.points)[0]
+    longest_m = (_PAST_END_M + road.trims_m[end]) / math.sqrt(3.0)
+    for points in drivable_loops(start, finish, longest_m):
+        if tagged or not ground.hits(points, WIDTH_M / 2.0 + _SIDE_ROOM_M):
+            return points
+    return None
+
+
+def drivable_loops(start: Array, finish: Array, radius_max_m: float = math.inf) -> Iterator[Array]:
+    """Loops from pose to pose (x, y, yaw) that a shuttle can drive, the widest first; (n, 2) points each."""
     for radius_m in _RADII_M:
-        if math.sqrt(3.0) * radius_m - road.trims_m[end] > _PAST_END_M:
+        if radius_m > radius_max_m:
             continue
         for left_first in (False, True):
             arcs = loop(start, finish, radius_m, left_first)
             points = None if arcs is None else smooth(arcs, _SMOOTH_CURVATURE_1PM, held_m=0.5)
-            if points is None or peak_curvature(points) > 1.0 / 5.05:
-                continue
-            if tagged or not ground.hits(points, WIDTH_M / 2.0 + _SIDE_ROOM_M):
-                return points
-    return None
+            if points is not None and peak_curvature(points) <= 1.0 / 5.05:
+                yield points

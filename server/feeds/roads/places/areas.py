@@ -77,9 +77,9 @@ def observation_areas(
 
 
 def crossing_areas(
-    drafts: Sequence[LaneDraft], places: Iterable[tuple[str, Point]], width_m: float
+    drafts: Sequence[LaneDraft], places: Iterable[tuple[str, Point]], width_m: float | None = None
 ) -> tuple[ObservationArea, ...]:
-    """Crossings by id, each about the middle of a road of this width."""
+    """Crossings by id, each about the middle of a road of this width, by default of its nearest lane's."""
     lanes = _Lanes(drafts)
     found = (_crossing(lanes, area_id, place, width_m) for area_id, place in places)
     return tuple(area for area in found if area is not None)
