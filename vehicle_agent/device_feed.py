@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from contract.runlog.arrays import dec_hook, enc_hook
 from vehicle_agent.signals import (
     CodeTyped,
+    DestinationChoice,
     DoorState,
     GnssFix,
+    HelpButton,
     HmiOutput,
     ImuSample,
     InboxBody,
@@ -30,7 +32,17 @@ from vehicle_agent.signals import (
 )
 
 Array32 = NDArray[np.float32]
-DeviceValue = GnssFix | ImuSample | DoorState | SeatSensor | SeatButton | CodeTyped | TrackPercept
+DeviceValue = (
+    GnssFix
+    | ImuSample
+    | DoorState
+    | SeatSensor
+    | SeatButton
+    | HelpButton
+    | CodeTyped
+    | DestinationChoice
+    | TrackPercept
+)
 
 HOST = "127.0.0.1"
 DATAGRAM_BYTES_MAX = 60_000

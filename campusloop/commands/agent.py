@@ -19,11 +19,20 @@ from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_dev
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
+from vehicle_agent.runtime.screen.screen_settings import ScreenError
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
 
 EXIT_BAD_INPUT = 2
+START_ERRORS = (
+    AgentFolderError,
+    ProfileError,
+    MapError,
+    HmiDeviceError,
+    ScreenError,
+    TracingUnavailable,
+)
 
 
 @app.command()
@@ -91,6 +100,7 @@ def run(
             files.vehicle()
             files.profile()
             files.road_map()
+            files.screen()
             hmi_devices = files.hmi_devices()
             for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
@@ -105,7 +115,7 @@ def run(
             jobs = agent_jobs(places)
             journal_console().print(f"driving {', '.join(folder.name for folder in folders)}; Ctrl-C ends it")
             Supervisor(jobs).run()
-    except (AgentFolderError, ProfileError, MapError, HmiDeviceError, TracingUnavailable) as error:
+    except START_ERRORS as error:
         _refuse(str(error), journal_console(level="error"))
 
 

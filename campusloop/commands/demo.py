@@ -21,6 +21,7 @@ from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import Profile, ProfileError, load_profile
+from vehicle_agent.runtime.screen.screen_settings import WEB_PAGES
 
 # Of tables in a file or pipe.
 WIDTH_WITHOUT_TERMINAL = 120
@@ -83,6 +84,7 @@ def demo(
             profile_path=profile,
             paced=True,
             plant_seed=plant_seed,
+            screen_pages=WEB_PAGES if (WEB_PAGES / "onboard.html").is_file() else None,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (

@@ -37,6 +37,7 @@ class LiveOptions:
     paced: all processes share a clock that runs slower where the machine does not keep up (`paced_clock`);
     otherwise they have the computer's clock
     plant_seed: of the shuttles' dynamics; None: nominal ones
+    screen_pages: built web pages for the first shuttle's onboard screen; None: no shuttle serves one
     """
 
     map_path: Path
@@ -52,6 +53,7 @@ class LiveOptions:
     profile_path: Path | None = None
     paced: bool = False
     plant_seed: int | None = None
+    screen_pages: Path | None = None
 
 
 class LiveCampus:
@@ -79,6 +81,7 @@ class LiveCampus:
                 profile_path=options.profile_path,
                 paced=options.paced,
                 plant_seed=options.plant_seed,
+                screen_pages=options.screen_pages,
             )
         )
         self.road_map = self._shuttles.road_map

@@ -23,7 +23,7 @@ from campusloop.live.campus import OPERATOR, LiveCampus, LiveOptions
 from campusloop.live.certificate import local_addresses
 from campusloop.live.progress import DemoProgress
 from contract.roads.model import RoadMap
-from simulator.live.ports import control_port
+from simulator.live.ports import control_port, ports_of
 
 FOLLOW_EVERY_S = 2.0
 # More than are booked between two readings; older ones under way are read one by one.
@@ -145,6 +145,9 @@ class LiveDemo:
         for origin in [f"https://{host}:{options.port}" for host in hosts] or [self._campus.origin]:
             self._say(f"passengers  {origin}/")
             self._say(f"operators   {origin}/console")
+        if options.screen_pages is not None:
+            port = ports_of(0, options.base_port).screen_port
+            self._say(f"on board    http://127.0.0.1:{port}/onboard/{self._campus.vehicle_ids[0]}")
         self._say(f"operator's name: {OPERATOR}   password: {self._campus.password}")
         self._say(f"runs and logs: {options.folder}   Ctrl-C stops everything")
 

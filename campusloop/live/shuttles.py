@@ -20,6 +20,7 @@ from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.supervisor import Job, Supervisor
+from vehicle_agent.runtime.screen.screen_settings import ScreenSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class ShuttleOptions:
     profile_path  of every shuttle; None: the campus shuttle
     paced         all processes share a clock that waits for a slow machine (`paced_clock`)
     plant_seed    of the shuttles' dynamics; None: nominal ones
+    screen_pages  built web pages: the first shuttle serves its onboard screen; None: no shuttle does
     """
 
     map_path: Path
@@ -46,6 +48,7 @@ class ShuttleOptions:
     profile_path: Path | None = None
     paced: bool = False
     plant_seed: int | None = None
+    screen_pages: Path | None = None
 
 
 class SimulatedShuttles:
@@ -150,6 +153,10 @@ class SimulatedShuttles:
             scan_ring=str(scan_ring_path(self._scans, vehicle_id)),
             server_certificate=str(options.server_certificate) if options.server_certificate else "",
         )
-        AgentFolder(folder).prepare(vehicle, options.map_path, options.profile_path)
+        files = AgentFolder(folder)
+        files.prepare(vehicle, options.map_path, options.profile_path)
+        if number == 0 and options.screen_pages is not None:
+            listen = f"127.0.0.1:{ports.screen_port}"
+            files.save_screen(ScreenSettings(listen=listen, pages=str(options.screen_pages.resolve())))
         clocks = self.clocks or MONOTONIC
         return AgentPlace(folder.resolve(), self._mail / str(number), clocks, self._spans)

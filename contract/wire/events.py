@@ -108,6 +108,19 @@ class CodeRefused(Event, frozen=True, tag="code_refused"):
     visit_id: Id
 
 
+class HelpRequested(Event, frozen=True, tag="help_requested"):
+    """A passenger calls for help on the onboard screen or by a button. seat: 0 if it is not known."""
+
+    seat: Places
+
+
+class DestinationRequested(Event, frozen=True, tag="destination_requested"):
+    """A party aboard wants to go to another stop. The server decides; the order shows what it decided."""
+
+    ride_id: Id
+    stop_id: PlaceId
+
+
 VehicleEvent = (
     VisitChanged
     | DoorsChanged
@@ -123,6 +136,8 @@ VehicleEvent = (
     | CommandDone
     | TapAnswered
     | CodeRefused
+    | HelpRequested
+    | DestinationRequested
 )
 
 

@@ -12,12 +12,13 @@ from typing import NamedTuple
 import structlog
 
 from contract.wire.close_reasons import CloseCode
-from contract.wire.messages import EventReport
+from contract.wire.messages import DestinationRequested, EventReport
 from contract.wire.sequence import SequenceGap
 from server.domain.errors import SessionFenced, StoreFailure, VehicleUnknown
 from server.domain.record.events import RecordedEvent
 from server.fleet.link import Link
 from server.supervision.standing_tasks import Cycles
+from server.usecases.fleet.cabin_requests import answer_destination_request
 from server.usecases.fleet.events import EventResult, SessionEvent, apply_events
 from server.usecases.ports.unit_of_work import Transactions
 
@@ -86,6 +87,7 @@ class EventIntake:
         error = applying.exception()
         if error is None:
             self._tell(batch, applying.result())
+            await self._answer_requests(batch, applying.result(), cycles)
             return
         vehicles = _by_link(batch)
         if isinstance(error, StoreFailure):
@@ -97,6 +99,21 @@ class EventIntake:
             assert isinstance(error, Exception)
             _refuse(vehicles, error)
             cycles.input_failed(error)
+
+    async def _answer_requests(
+        self, batch: Sequence[_Waiting], results: Sequence[Result], cycles: Cycles
+    ) -> None:
+        """Decide about new destinations. One that the server cannot store is asked for again on board."""
+        for waiting, result in zip(batch, results, strict=True):
+            body = waiting.report.body
+            if not isinstance(body, DestinationRequested):
+                continue
+            if isinstance(result, EventResult) and result.is_new:
+                try:
+                    await answer_destination_request(self._transactions, waiting.link.vehicle_id, body)
+                except StoreFailure as error:
+                    log.error("destination.not_stored", vehicle_id=waiting.link.vehicle_id, exc_info=error)
+                    cycles.input_failed(error)
 
     async def _apply(self, batch: Sequence[_Waiting]) -> tuple[Result, ...]:
         events = [waiting.reported for waiting in batch]

@@ -16,12 +16,14 @@ class VehiclePorts:
     values_port  of its tick process, for device values
     scans_port   of its perception worker, for finished scans
     hmi_port     of the simulation, for the vehicle's output to screen, speaker and doors
+    screen_port  of the vehicle's screen for passengers (TCP)
     """
 
     can_channel: str
     values_port: int
     scans_port: int
     hmi_port: int
+    screen_port: int
 
 
 def control_port(base_port: int = BASE_PORT) -> int:
@@ -38,4 +40,5 @@ def ports_of(number: int, base_port: int = BASE_PORT) -> VehiclePorts:
         base_port + 2 * VEHICLES_MAX + number,
         base_port + 3 * VEHICLES_MAX + number,
         base_port + 4 * VEHICLES_MAX + number,
+        base_port + 5 * VEHICLES_MAX + number,
     )

@@ -1,4 +1,6 @@
+import os
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -81,3 +83,13 @@ def open_page(browser: Browser, server: ServerProcess) -> Iterator[OpenPage]:
     for context in contexts:
         context.close()
     assert complaints == []
+
+
+@pytest.fixture
+def screenshots() -> Path | None:
+    """Where to leave pictures to look at: CAMPUSLOOP_SCREENSHOTS, if it is set."""
+    folder = os.environ.get("CAMPUSLOOP_SCREENSHOTS")
+    if folder is None:
+        return None
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    return Path(folder)

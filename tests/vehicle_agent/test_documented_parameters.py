@@ -18,11 +18,13 @@ from vehicle_agent.link import client, clock, outbox, session, upload
 from vehicle_agent.localization.gnss import GnssLocalization
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
+from vehicle_agent.onboard import cabin_view
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracks import TrackingPerception
-from vehicle_agent.runtime.processes import supervisor, tick_process
+from vehicle_agent.runtime.processes import screen_process, supervisor, tick_process
+from vehicle_agent.runtime.screen import screen_requests
 from vehicle_agent.signals import rates
 from vehicle_agent.world.area_monitor import AreaMonitor
 from vehicle_agent.world.camera_trust import TrustRules
@@ -43,6 +45,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "localization": (GnssLocalization,),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
+    "screen": (screen_process, screen_requests, cabin_view),
 }
 
 

@@ -5,6 +5,7 @@ import msgspec
 from contract.wire.messages import (
     BoardedHow,
     CodeRefused,
+    DestinationRequested,
     PassengerTap,
     RiderAlighted,
     RiderBoarded,
@@ -81,6 +82,19 @@ def take_code(
                 memory, events = alight(memory, rider.ride_id, "code")
                 return memory, _with_alighted(seats, rider.party), events
     return memory, seats, (CodeRefused(visit.visit_id if visit else ""),)
+
+
+def take_destination(
+    memory: MissionMemory, visit_id: str, code: str, stop_id: str
+) -> DestinationRequested | CodeRefused:
+    """What a party aboard asks the server for: the party of the code, or without one the only party aboard.
+
+    stop_id "" for a stop that the map does not have: refused, like a code of no party.
+    """
+    riders = [rider for rider in memory.aboard if not code or rider.code == code]
+    if len(riders) != 1 or not stop_id:
+        return CodeRefused(visit_id)
+    return DestinationRequested(riders[0].ride_id, stop_id)
 
 
 def take_tap(

@@ -1,14 +1,21 @@
-"""Cabin events: seat buttons, codes, seat counts and doors."""
+"""Cabin events: seat buttons, calls for help, codes, destinations, seat counts and doors."""
 
 from contract.roads.network import RoadNetwork
-from contract.wire.messages import SeatButtonPressed
+from contract.wire.messages import HelpRequested, SeatButtonPressed
 from vehicle_agent.mission import boarding
 from vehicle_agent.mission.progress import update_doors
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import TemporaryStop, next_stopping_place
 from vehicle_agent.mission.sections import MovementAuthority
 from vehicle_agent.mission.state import MissionState
-from vehicle_agent.signals import CabinEvent, CodeTyped, DoorState, SeatSensor
+from vehicle_agent.signals import (
+    CabinEvent,
+    CodeTyped,
+    DestinationChoice,
+    DoorState,
+    HelpButton,
+    SeatSensor,
+)
 
 
 def take_cabin_event(
@@ -35,6 +42,14 @@ def take_cabin_event(
                 state.memory, state.seats, state.visit_here(), item.code, is_open
             )
             return state.after(*events, memory=memory, seats=seats)
+        case HelpButton():
+            return state.after(HelpRequested(item.seat))
+        case DestinationChoice():
+            visit_id = "" if (visit := state.visit_here()) is None else visit.visit_id
+            known = item.stop_id in network.stops
+            return state.after(
+                boarding.take_destination(state.memory, visit_id, item.code, item.stop_id if known else "")
+            )
         case _:
             return _seat_button(state, item.seat, network, rules, authority, speed_mps)
 

@@ -11,7 +11,7 @@ import msgspec
 
 from contract.wire.messages import Order, RiderTask, Visit
 from vehicle_agent.mission.memory import MissionMemory
-from vehicle_agent.signals import CodeTyped, InboxBody
+from vehicle_agent.signals import CodeTyped, DestinationChoice, InboxBody
 
 # No rider can type it, so that a code that looks masked is masked.
 _PREFIX = "#"
@@ -26,7 +26,7 @@ class CodeMask:
 
     def masked(self, body: InboxBody) -> InboxBody:
         """The value with its boarding codes masked; others unchanged."""
-        if isinstance(body, CodeTyped):
+        if isinstance(body, CodeTyped | DestinationChoice):
             # A typed prefix is masked too: what is typed is never a masked code.
             return msgspec.structs.replace(body, code=self._digest(body.code)) if body.code else body
         return self._order(body) if isinstance(body, Order) else body

@@ -8,9 +8,11 @@ from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.signals import (
     CanFrame,
     CodeTyped,
+    DestinationChoice,
     DoorState,
     FleetVehicle,
     GnssFix,
+    HelpButton,
     ImuSample,
     InboxBody,
     InboxItem,
@@ -87,7 +89,11 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
         infrastructure=tuple(body for body in bodies if isinstance(body, FleetVehicle | PedestrianPresence)),
         messages=tuple(body for body in bodies if isinstance(body, Order | Grants | Command | PassengerTap)),
         cabin_events=tuple(
-            body for body in bodies if isinstance(body, SeatButton | CodeTyped | SeatSensor | DoorState)
+            body
+            for body in bodies
+            if isinstance(
+                body, SeatButton | HelpButton | CodeTyped | DestinationChoice | SeatSensor | DoorState
+            )
         ),
         link=links[-1] if links else None,
     )

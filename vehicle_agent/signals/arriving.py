@@ -82,6 +82,21 @@ class CodeTyped(msgspec.Struct, frozen=True, tag="code_typed"):
     code: str
 
 
+class HelpButton(msgspec.Struct, frozen=True, tag="help_button"):
+    """A passenger calls for help. seat: 0 if it is not known."""
+
+    stamp_ns: int
+    seat: int = 0
+
+
+class DestinationChoice(msgspec.Struct, frozen=True, tag="destination_choice"):
+    """A party aboard chose another stop on the onboard screen. code: its boarding code, "" without one."""
+
+    stamp_ns: int
+    code: str
+    stop_id: str
+
+
 class SeatSensor(msgspec.Struct, frozen=True, tag="seat_sensor"):
     """The number of occupied seats, by the seat mats."""
 

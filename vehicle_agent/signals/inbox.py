@@ -6,9 +6,11 @@ from contract.wire.messages import Command, Grants, Order, PassengerTap
 from vehicle_agent.signals.arriving import (
     CanFrame,
     CodeTyped,
+    DestinationChoice,
     DoorState,
     FleetVehicle,
     GnssFix,
+    HelpButton,
     ImuSample,
     LinkState,
     ObstaclePercept,
@@ -23,7 +25,7 @@ MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link delivers to the tick.
 LinkMessage = MissionMessage | LinkState | FleetVehicle | PedestrianPresence
-CabinEvent = SeatButton | CodeTyped | SeatSensor | DoorState
+CabinEvent = SeatButton | HelpButton | CodeTyped | DestinationChoice | SeatSensor | DoorState
 Infrastructure = FleetVehicle | PedestrianPresence
 InboxBody = (
     CanFrame
@@ -33,7 +35,9 @@ InboxBody = (
     | TrackPercept
     | PlanAnswer
     | SeatButton
+    | HelpButton
     | CodeTyped
+    | DestinationChoice
     | SeatSensor
     | DoorState
     | LinkState

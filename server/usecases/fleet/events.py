@@ -8,8 +8,10 @@ from contract.wire.messages import (
     Blocked,
     CodeRefused,
     CommandDone,
+    DestinationRequested,
     DoorsChanged,
     FaultRaised,
+    HelpRequested,
     ModeChanged,
     RiderAlighted,
     RiderBoarded,
@@ -27,7 +29,7 @@ from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import WAITING, RideState
-from server.usecases.fleet import conditions
+from server.usecases.fleet import cabin_requests, conditions
 from server.usecases.orders import orders, sections, visits
 from server.usecases.planning import plans
 from server.usecases.ports import topics
@@ -112,7 +114,15 @@ def _note_heard(uow: UnitOfWork, vehicle_id: str) -> None:
 
 
 # They change nothing that is shown of the vehicle, or what they change publishes itself.
-_KEPT_ONLY = (DoorsChanged, SectionReleased, Blocked, FaultRaised, CodeRefused)
+_KEPT_ONLY = (
+    DoorsChanged,
+    SectionReleased,
+    Blocked,
+    FaultRaised,
+    CodeRefused,
+    HelpRequested,
+    DestinationRequested,
+)
 
 
 def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
@@ -146,6 +156,10 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
             conditions.tap_answered(uow, vehicle, body)
         case CodeRefused():
             conditions.code_refused(uow, vehicle, body)
+        case HelpRequested():
+            cabin_requests.help_requested(uow, vehicle, body)
+        case DestinationRequested():
+            pass  # answered after this transaction: `answer_destination_request`
 
 
 def _visit_changed(uow: UnitOfWork, vehicle_id: str, event: VisitChanged) -> None:

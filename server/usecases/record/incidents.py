@@ -6,6 +6,7 @@ from server.domain.record.incidents import acknowledged as as_acknowledged
 from server.domain.record.incidents import closed as as_closed
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.commands import send_command
 from server.usecases.record.server_events import THE_SERVER, record_event
 
 
@@ -44,10 +45,18 @@ def clear_incident(uow: UnitOfWork, kind: IncidentKind, subject: str) -> None:
         _close(uow, known, THE_SERVER)
 
 
+# Said and shown on board when an operator takes a call for help.
+CALL_TAKEN = "An operator has seen your call for help. 运营人员已收到您的求助。"
+
+
 def acknowledge(uow: UnitOfWork, incident_id: str, by: str) -> Incident:
-    """Raises IncidentUnknown, IncidentClosed."""
-    incident = as_acknowledged(_incident(uow, incident_id), by, uow.now)
+    """The operator handles it; a caller aboard is told so at once. Raises IncidentUnknown, IncidentClosed."""
+    known = _incident(uow, incident_id)
+    incident = as_acknowledged(known, by, uow.now)
     uow.incidents.save(incident)
+    is_call_aboard = incident.kind is IncidentKind.HELP_CALL and incident.subject == incident.vehicle_id
+    if is_call_aboard and known.acknowledged_at is None:
+        send_command(uow, incident.subject, "announce", by, CALL_TAKEN)
     _record_and_publish(uow, incident, "incident.acknowledged", by)
     return incident
 

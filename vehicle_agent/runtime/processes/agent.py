@@ -5,6 +5,7 @@ worker and one link process; each keeps a tick and a gate of its own.
 """
 
 import asyncio
+import signal
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,10 +30,13 @@ from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
 from vehicle_agent.runtime.processes.gate_process import GateProcess
 from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
+from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.supervisor import Job
-from vehicle_agent.runtime.processes.tick_process import TickProcess
+from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProcess
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
+from vehicle_agent.runtime.screen.screen_map import encode_screen_map
+from vehicle_agent.runtime.screen.screen_pages import read_screen_files
 from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
 from vehicle_agent.stacks.rooms import height_map
@@ -73,11 +77,17 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
         for name, place in zip(names, places, strict=True)
         if AgentFolder(place.folder).hmi_devices() is not None
     ]
+    screens = [
+        Job(f"screen {name}", run_screen, (place,))
+        for name, place in zip(names, places, strict=True)
+        if AgentFolder(place.folder).screen() is not None
+    ]
     return [
         *gates,
         Job("link", run_links, (places,)),
         Job("worker", run_worker, (places,)),
         *hmi_jobs,
+        *screens,
         *planners,
         *ticks,
     ]
@@ -102,6 +112,25 @@ def run_hmi_devices(place: AgentPlace) -> None:
     settings = AgentFolder(place.folder).hmi_devices()
     assert settings is not None, "only vehicles with a speaking.toml have this process"
     HmiDeviceProcess(settings).run()
+
+
+def run_screen(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    settings = files.screen()
+    assert settings is not None, "only vehicles with a screen.toml have this process"
+    vehicle_id = files.vehicle().vehicle_id
+    seats = files.profile().body.seats
+    pages = read_screen_files(Path(settings.pages), vehicle_id, encode_screen_map(files.road_map()))
+    with closing(place.clock.open(f"screen {vehicle_id}")) as clock:
+        screen = ScreenProcess(place.mail, vehicle_id, seats, settings, pages, clock)
+        asyncio.run(_serve_screen(screen))
+
+
+async def _serve_screen(screen: ScreenProcess) -> None:
+    """Until SIGTERM."""
+    stop = asyncio.Event()
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, stop.set)
+    await screen.run(stop)
 
 
 def run_worker(places: tuple[AgentPlace, ...]) -> None:
@@ -163,12 +192,14 @@ def run_tick(place: AgentPlace) -> None:
             outputs_port.send(port, DeviceOutputs(hmi_output))
 
     devices, mask = DeviceSensors(vehicle.values_port), code_mask(files)
+    has_screen = files.screen() is not None
+    cabin = CabinReporter(profile.limits.speed_mps_max) if has_screen else None
     with closing(clock):
         if vehicle.cameras:
             sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(place.mail, computer, sensors, show, clock, mask, _traced(place)).run()
+            TickProcess(place.mail, computer, sensors, show, clock, mask, _traced(place), cabin).run()
         else:
-            TickProcess(place.mail, computer, devices, show, clock, mask, _traced(place)).run()
+            TickProcess(place.mail, computer, devices, show, clock, mask, _traced(place), cabin).run()
 
 
 def _traced(place: AgentPlace) -> str:

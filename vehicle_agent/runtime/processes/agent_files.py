@@ -4,6 +4,7 @@ vehicle.toml      vehicle id, server, CAN channel, ports (written at enrolment)
 profile.toml      the kind of vehicle
 map.json          the campus map
 speaking.toml     screens and loudspeaker, if this computer drives them (see `hmi_devices`)
+screen.toml       the onboard screen for passengers, if this computer serves one (see `screen_settings`)
 key.pem           the vehicle's key
 boot.count, link.count  numbers of starts of the tick and of the link
 outbox/           events and mission memory
@@ -21,6 +22,7 @@ from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
+from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 
 
 class AgentFolderError(Exception):
@@ -71,10 +73,16 @@ class AgentFolder:
             raise AgentFolderError(f"{path}: {error}") from error
 
     def save_vehicle(self, vehicle: VehicleFile) -> None:
+        self._save("vehicle.toml", vehicle)
+
+    def save_screen(self, settings: ScreenSettings) -> None:
+        self._save("screen.toml", settings)
+
+    def _save(self, name: str, settings: VehicleFile | ScreenSettings) -> None:
         self.root.mkdir(parents=True, exist_ok=True)
-        fields = msgspec.to_builtins(vehicle)
-        lines = [f"{name} = {msgspec.json.encode(value).decode()}" for name, value in fields.items()]
-        (self.root / "vehicle.toml").write_text("\n".join(lines) + "\n")
+        fields = msgspec.to_builtins(settings)
+        lines = [f"{field} = {msgspec.json.encode(value).decode()}" for field, value in fields.items()]
+        (self.root / name).write_text("\n".join(lines) + "\n")
 
     def prepare(self, vehicle: VehicleFile, campus_map: Path, profile: Path | None) -> None:
         """Writes everything that an agent needs except its key."""
@@ -90,6 +98,10 @@ class AgentFolder:
     def hmi_devices(self) -> HmiDeviceSettings | None:
         """Raises HmiDeviceError."""
         return load_hmi_devices(self.root / "speaking.toml")
+
+    def screen(self) -> ScreenSettings | None:
+        """Raises ScreenError."""
+        return load_screen_settings(self.root / "screen.toml")
 
     def road_map(self) -> RoadMap:
         """Raises MapError."""

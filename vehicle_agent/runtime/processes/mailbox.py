@@ -14,6 +14,7 @@ import msgspec
 from contract.runlog.arrays import dec_hook, enc_hook
 from contract.tracing import Span
 from vehicle_agent.link.bridge import TickUpdate
+from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
 from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
 
@@ -64,7 +65,13 @@ class TracedSpans(msgspec.Struct, frozen=True, tag="spans"):
     spans: tuple[Span, ...]
 
 
-Mail = Deliveries | Commands | TickReport | PlannerJobs | TracedSpans
+class CabinUpdate(msgspec.Struct, frozen=True, tag="cabin"):
+    """To the onboard screen."""
+
+    view: CabinView
+
+
+Mail = Deliveries | Commands | TickReport | PlannerJobs | TracedSpans | CabinUpdate
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)

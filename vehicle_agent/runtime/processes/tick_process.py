@@ -12,6 +12,8 @@ import structlog
 
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.mission.memory import MissionMemory, order_progress
+from vehicle_agent.mission.state import MissionState
+from vehicle_agent.onboard.cabin_view import CabinView, cabin_view, is_for_cabin
 from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
@@ -19,6 +21,7 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.order_tracing import TickTracing
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
+    CabinUpdate,
     Commands,
     Deliveries,
     Mailbox,
@@ -28,7 +31,7 @@ from vehicle_agent.runtime.processes.mailbox import (
 )
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
-from vehicle_agent.signals import HmiOutput, InboxBody, Outputs
+from vehicle_agent.signals import HmiOutput, InboxBody, LinkState, Outputs
 from vehicle_agent.signals.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 
 log = structlog.get_logger()
@@ -72,6 +75,25 @@ class TickUpdateWriter:
         )
 
 
+class CabinReporter:
+    """Makes the onboard screen's view: at 5 Hz, and in ticks that passengers must learn of."""
+
+    def __init__(self, speed_mps_max: float) -> None:
+        self._speed_mps_max = speed_mps_max
+        self._ticks = 0
+        self._connected: bool | None = None
+
+    def note_link(self, connected: bool) -> None:
+        self._connected = connected
+
+    def view(self, outputs: Outputs, mission: MissionState) -> CabinView | None:
+        is_due = self._ticks % REPORT_EVERY_TICKS == 0
+        self._ticks += 1
+        if not is_due and not is_for_cabin(outputs):
+            return None
+        return cabin_view(outputs, mission, self._connected, self._speed_mps_max)
+
+
 class TickProcess:
     """One vehicle's onboard loop."""
 
@@ -84,8 +106,13 @@ class TickProcess:
         clock: Clock,
         mask: CodeMask,
         traced: str = "",
+        cabin: CabinReporter | None = None,
     ) -> None:
-        """mail: the folder of the vehicle's mailboxes; traced: the vehicle, if its rides are traced."""
+        """mail: the folder of the vehicle's mailboxes; traced: the vehicle, if its rides are traced.
+
+        cabin: None for a vehicle without an onboard screen
+        """
+        self._cabin = cabin
         self._mail = mail
         self._clock = clock
         self._mailbox = Mailbox(mail / "tick")
@@ -125,6 +152,8 @@ class TickProcess:
         for mail in self._mailbox.take():
             if isinstance(mail, Deliveries):
                 for delivery in mail.items:
+                    if self._cabin is not None and isinstance(delivery.body, LinkState):
+                        self._cabin.note_link(delivery.body.connected)
                     self._inbox.put(delivery.arrival_ns, delivery.source, delivery.body)
         now_ns = self._clock.now_ns()
         for source, body in self._sensors.poll():
@@ -142,6 +171,10 @@ class TickProcess:
         if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
             self._shown, self._shown_ns = outputs.hmi, now_ns
             self._show(outputs.hmi)
+        if self._cabin is not None:
+            view = self._cabin.view(outputs, self._computer.state.mission)
+            if view is not None:
+                self._mailbox.post(self._mail / "screen", CabinUpdate(view))
         memory = self._computer.state.mission.memory
         update = self._update_writer.update(outputs, memory, now_ns)
         if update is not None or self._computer.entries:

@@ -6,8 +6,10 @@ from contract.geometry import Pose2
 from contract.wire.messages import (
     Blocked,
     CommandDone,
+    DestinationRequested,
     FaultRaised,
     FaultReport,
+    HelpRequested,
     ModeChanged,
     OrderRejected,
     RiderAlighted,
@@ -23,11 +25,11 @@ from server.domain.errors import OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
 from server.domain.rides.rides import Ride, RideState
-from server.usecases.fleet import vehicle_sessions, vehicles
+from server.usecases.fleet import cabin_requests, vehicle_sessions, vehicles
 from server.usecases.orders import orders, outbox
 from server.usecases.orders.orders import REJECTIONS_MAX
 from server.usecases.planning import plans
-from server.usecases.record import commands
+from server.usecases.record import commands, incidents
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.rides import rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -411,3 +413,54 @@ def test_a_vehicle_that_starts_after_the_clock_was_set_back_is_no_second_agent(f
     campus.clock.advance(-3600.0)
     conflict = campus.do(lambda uow: vehicle_sessions.key_conflict(uow, shuttle.vehicle_id, "boot-2"))
     assert conflict == ""
+
+
+def test_a_call_for_help_on_board_is_the_most_urgent_and_its_caller_is_told_who_has_seen_it(
+    fleet: FakeFleet,
+) -> None:
+    shuttle, campus = fleet.shuttles[0], fleet.campus
+    shuttle.say(HelpRequested(2))
+    shuttle.say(HelpRequested(2))
+    (call,) = campus.read(lambda uow: uow.views.incidents())
+    assert (call.kind, call.priority, call.vehicle_id) == (IncidentKind.HELP_CALL, 0, shuttle.vehicle_id)
+    assert "seat 2" in call.cause
+    for _ in range(2):
+        campus.do(lambda uow: incidents.acknowledge(uow, call.incident_id, "ann"))
+    sent = campus.read(lambda uow: uow.vehicles.pending_commands(shuttle.vehicle_id))
+    assert [(command.kind, command.text) for command in sent] == [("announce", incidents.CALL_TAKEN)]
+
+
+def test_a_party_aboard_goes_to_the_stop_that_it_chose_on_the_screen(driven_fleet: FakeFleet) -> None:
+    ride = driven_fleet.book("NN20", "C6")
+    until(driven_fleet, ride, RideState.ABOARD)
+    shuttle = shuttle_of(driven_fleet, ride)
+    _ask_for(driven_fleet, shuttle, ride.ride_id, "NN7")
+    assert driven_fleet.ride(ride.ride_id).to_stop == "NN7"
+    assert _said(driven_fleet, shuttle) == [cabin_requests.CHANGED]
+    until(driven_fleet, ride, RideState.COMPLETED)
+
+
+def test_a_new_destination_that_is_refused_changes_nothing_and_is_answered(driven_fleet: FakeFleet) -> None:
+    ride = driven_fleet.book("NN20", "C6")
+    shuttle = shuttle_of(driven_fleet, ride)
+    # Not aboard yet; and a stop that the map does not have.
+    _ask_for(driven_fleet, shuttle, ride.ride_id, "NN7")
+    until(driven_fleet, ride, RideState.ABOARD)
+    _ask_for(driven_fleet, shuttle, ride.ride_id, "atlantis")
+    assert driven_fleet.ride(ride.ride_id).to_stop == "C6"
+    assert _said(driven_fleet, shuttle) == [cabin_requests.NOT_CHANGED] * 2
+
+
+def _ask_for(fleet: FakeFleet, shuttle: FakeShuttle, ride_id: str, stop_id: str) -> None:
+    request = DestinationRequested(ride_id, stop_id)
+    shuttle.say(request)
+    campus = fleet.campus
+    campus.wait_for(
+        cabin_requests.answer_destination_request(campus.transactions, shuttle.vehicle_id, request)
+    )
+
+
+def _said(fleet: FakeFleet, shuttle: FakeShuttle) -> list[str]:
+    """What was announced on board and is not answered yet."""
+    sent = fleet.campus.read(lambda uow: uow.vehicles.pending_commands(shuttle.vehicle_id))
+    return [command.text for command in sent if command.kind == "announce"]

@@ -3,13 +3,13 @@ import type { Schemas } from "../../shared/api/client";
 import type { Campus } from "../../shared/campus/campus";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
 import { CampusMap } from "../../shared/map/campus_map";
+import { drivingLayer } from "../../shared/map/driving_layer";
 import type { MapContent } from "../../shared/map/map_content";
 import { prefersReducedMotion } from "../../shared/map/reduced_motion";
 import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { closedLines } from "../closures/closed_lines";
 import { texts } from "../texts/texts";
-import { drivingLayer } from "./driving_layer";
 
 type Closure = Schemas["ClosureView"];
 

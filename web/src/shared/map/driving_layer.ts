@@ -1,12 +1,12 @@
-import type { CampusGeometry } from "../../shared/campus/campus_geometry";
-import { pointsOf } from "../../shared/campus/campus_geometry";
-import type { Camera } from "../../shared/map/camera/camera";
-import { drawLine } from "../../shared/map/drawing/base_map";
-import type { Palette } from "../../shared/map/drawing/palette";
-import type { MapLayer } from "../../shared/map/map_content";
-import type { AreaObservation } from "../../shared/scene/observation_areas";
-import { areaObservations } from "../../shared/scene/observation_areas";
-import type { DrivingView, Scene } from "../../shared/scene/scene";
+import type { CampusGeometry } from "../campus/campus_geometry";
+import { pointsOf } from "../campus/campus_geometry";
+import type { Camera } from "./camera/camera";
+import { drawLine } from "./drawing/base_map";
+import type { Palette } from "./drawing/palette";
+import type { MapLayer } from "./map_content";
+import type { AreaObservation } from "../scene/observation_areas";
+import { areaObservations } from "../scene/observation_areas";
+import type { DrivingView, Scene } from "../scene/scene";
 
 /** At this zoom and above, single people are drawn. */
 const PEOPLE_FROM_PX_PER_M = 1.5;
