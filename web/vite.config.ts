@@ -8,7 +8,12 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     rolldownOptions: {
-      input: { passenger: "index.html", console: "console.html", onboard: "onboard.html", sw: "src/sw/sw.ts" },
+      input: {
+        passenger: "index.html",
+        console: "console.html",
+        onboard: "onboard.html",
+        sw: "src/sw/sw.ts",
+      },
       // A service worker keeps its address for ever, and reigns over what lies below it.
       output: {
         // Few files for the first load: each one more costs a phone a request with its headers.
