@@ -79,6 +79,10 @@ def test_a_link_to_a_moment_of_a_run_and_its_events(
     expect(console.locator(".led")).to_contain_text("second 12")
     expect(console.get_by_role("region", name="What happened")).to_contain_text("brakes hard")
     expect(console.get_by_role("button", name="Go to the next event")).to_be_disabled()
+    with console.expect_download() as download:
+        console.get_by_role("link", name="Part 1").click()
+    assert download.value.suggested_filename == "shuttle-1-boot-7-0000.mcap"
+    assert Path(download.value.path()).read_bytes() == (tmp_path / "0.mcap").read_bytes()
     link = console.get_by_role("link", name="Link to this moment").get_attribute("href")
     other = open_page(f"/console{link}")
     sign_in(other)

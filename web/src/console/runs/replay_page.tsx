@@ -13,6 +13,7 @@ import { ConditionChip } from "../vehicles/condition_chip";
 import { VehicleStatus } from "../vehicles/vehicle_status";
 import { CopyLink } from "./copy_link";
 import { MarkList } from "./mark_list";
+import { RunFiles } from "./run_files";
 import { RunPlayer } from "./run_player";
 import { Timeline } from "./timeline";
 
@@ -89,6 +90,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           )}
         </section>
         {scene !== null && <MarkList marks={player.marks.value} clock={clock} />}
+        <RunFiles vehicle_id={vehicle_id} boot_id={boot_id} />
       </aside>
     </div>
   );

@@ -26,6 +26,11 @@ export const replayEn = {
   aboard_since: (time: string) => `on board since ${time}`,
   not_aboard_yet: "not on board yet",
 
+  run_files: "Files of this run",
+  run_files_hint: "Foxglove opens these MCAP files as they are.",
+  run_file: (number: number, time: string, size: string) =>
+    `Part ${number}, received at ${time}, ${size} MB`,
+
   previous_mark: "Go to the event before",
   next_mark: "Go to the next event",
   link_to_moment: "Link to this moment",

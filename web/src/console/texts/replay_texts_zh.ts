@@ -25,6 +25,10 @@ export const replayZh: typeof replayEn = {
   aboard_since: (time) => `${time} 上车`,
   not_aboard_yet: "尚未上车",
 
+  run_files: "记录文件",
+  run_files_hint: "Foxglove 可直接打开这些 MCAP 文件。",
+  run_file: (number, time, size) => `第 ${number} 段，${time} 收到，${size} MB`,
+
   previous_mark: "上一个事件",
   next_mark: "下一个事件",
   link_to_moment: "此刻的链接",
