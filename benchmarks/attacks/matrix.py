@@ -40,7 +40,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         """list_rides get_ride_record explain_ride list_series get_service list_closures get_travel_times
         list_vehicles get_vehicle get_vehicle_shifts list_incidents get_segment list_runs get_run
-        get_run_scenes get_run_map get_fleet_past get_fleet_positions get_metrics list_webhooks""",
+        get_run_scenes get_run_map get_fleet_past get_fleet_positions
+        get_service_figures get_driving_figures get_metrics list_webhooks""",
         frozenset(ROLES),
         "read",
     ),

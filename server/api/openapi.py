@@ -13,6 +13,7 @@ from pydantic.json_schema import models_json_schema
 
 from server.api.problems import MEDIA_TYPE, Problem
 from server.api.sockets.live import Refused, Watch
+from server.domain.record.statistics import DrivingFigures, ServiceFigures
 from server.live.past import FleetPast, FleetPositions
 from server.live.scene import Delta, Scene, Snapshot
 
@@ -83,7 +84,8 @@ def _problem_schemas() -> dict[str, Any]:
 
 def _live_schemas() -> dict[str, Any]:
     _, schemas = msgspec.json.schema_components(
-        [Scene, Snapshot, Delta, Watch, Refused, FleetPast, FleetPositions], ref_template=SCHEMA_REF
+        [Scene, Snapshot, Delta, Watch, Refused, FleetPast, FleetPositions, ServiceFigures, DrivingFigures],
+        ref_template=SCHEMA_REF,
     )
     _end_tuples(schemas)
     return schemas

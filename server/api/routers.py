@@ -32,6 +32,7 @@ from server.api.sockets import (
     live,
     vehicle,
 )
+from server.api.statistics import routes as statistics
 from server.api.tokens import routes as tokens
 from server.api.vehicles import routes as vehicles
 from server.api.webhooks import routes as webhooks
@@ -73,6 +74,7 @@ def bare_app(**options: Any) -> FastAPI:
         segments.router,
         runs.router,
         replays.router,
+        statistics.router,
         tokens.router,
         webhooks.router,
         health.router,

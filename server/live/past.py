@@ -49,8 +49,10 @@ INTERVENTIONS = (
     "vehicle.sent",
     "vehicle.placed",
 )
+# How often the hub stores where a vehicle is (`server.fleet.hub.FLUSH_EVERY_S`).
+STORED_EVERY_S = 0.5
 # The gate says by such a fault why it brakes.
-_BRAKING = "gate_braking_"
+BRAKING = "gate_braking_"
 _MODE_MARKS: dict[DriveMode, MarkKind] = {"manual": "takeover", "minimal_risk": "minimal_risk_stop"}
 
 
@@ -211,7 +213,7 @@ def _mark_of_event(event: RecordedEvent) -> Mark | None:
         case Blocked(cleared=False):
             return Mark(at_ms, "blocked", event.vehicle_id)
         case FaultRaised(cleared=False):
-            kind: MarkKind = "braking" if body.fault.code.startswith(_BRAKING) else "fault"
+            kind: MarkKind = "braking" if body.fault.code.startswith(BRAKING) else "fault"
             return Mark(at_ms, kind, event.vehicle_id, detail=body.fault.code)
         case SeatButtonPressed():
             return Mark(at_ms, "seat_button", event.vehicle_id)

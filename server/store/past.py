@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from datetime import datetime
 
-from sqlalchemy import exists, or_, select
+from sqlalchemy import Integer, cast, exists, func, or_, select
 
 from server.domain.instants import ns_of
 from server.domain.record.events import RecordedEvent, ServerEvent
@@ -16,7 +16,7 @@ from server.store.record.incidents import incident_from_row
 from server.store.record.runs import SqlRunRepository
 from server.store.repository import Repository
 from server.store.rides.rides import ride_from_row
-from server.usecases.ports.past import PastPosition
+from server.usecases.ports.past import PastPosition, SpeedCount
 
 _point = tables.history.c
 _event = tables.vehicle_events.c
@@ -90,6 +90,24 @@ class SqlPast(Repository):
         )
         rows = self._many(chosen.order_by(_ride.requested_at, _ride.ride_id).limit(limit))
         return tuple(ride_from_row(row) for row in rows)
+
+    def wanted_rides(self, since: datetime, until: datetime, limit: int) -> tuple[Ride, ...]:
+        chosen = self._select(tables.rides, _ride.earliest >= since, _ride.earliest < until)
+        rows = self._many(chosen.order_by(_ride.earliest, _ride.ride_id).limit(limit))
+        return tuple(ride_from_row(row) for row in rows)
+
+    def speeds(self, since: datetime, until: datetime) -> tuple[SpeedCount, ...]:
+        # Down to the whole number, on both databases: none of them has a floor of its own everywhere.
+        down = cast(func.round(func.abs(_point.speed_mps) * 3.6 - 0.4999), Integer)
+        rows = self._connection.execute(
+            select(down, func.count(), func.sum(func.abs(_point.speed_mps)))
+            .where(
+                _point.campus_id == self._campus_id, _point.received_at >= since, _point.received_at < until
+            )
+            .group_by(down)
+            .order_by(down)
+        )
+        return tuple(SpeedCount(*row) for row in rows)
 
     def runs(self, since: datetime, until: datetime, limit: int) -> tuple[Run, ...]:
         # A segment's times are the vehicle's clock, so the server's own time of its arrival decides.

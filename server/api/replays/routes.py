@@ -30,7 +30,8 @@ _MS_MAX = 1 << 43  # year 2248: in nanoseconds it still fits into 64 bits
 From = Annotated[int, Query(ge=0, le=_MS_MAX, description="Unix time, milliseconds")]
 
 
-def _answer(name: str, description: str) -> dict[int | str, dict[str, Any]]:
+def answer_of(name: str, description: str) -> dict[int | str, dict[str, Any]]:
+    """The successful answer of an endpoint, in one of the schemas of `server.api.openapi`."""
     schema = {"$ref": f"#/components/schemas/{name}"}
     return {200: {"description": description, "content": {"application/json": {"schema": schema}}}}
 
@@ -40,7 +41,7 @@ def _answer(name: str, description: str) -> dict[int | str, dict[str, Any]]:
     operation_id="get_fleet_past",
     response_class=Response,
     responses=problems(*READER_REFUSALS)
-    | _answer("FleetPast", "Vehicles, marks, rides and recordings of that time."),
+    | answer_of("FleetPast", "Vehicles, marks, rides and recordings of that time."),
 )
 async def get_fleet_past(
     services: InjectedServices,
@@ -49,7 +50,7 @@ async def get_fleet_past(
     seconds: Annotated[int, Query(ge=1, le=DAY_S_MAX)] = 24 * 3600,
 ) -> Response:
     """What the fleet did from a time on. The positions come from `/replays/positions`."""
-    since, until = _moment(from_ms), _moment(from_ms + 1000 * seconds)
+    since, until = moment_at(from_ms), moment_at(from_ms + 1000 * seconds)
     found = await services.transactions.read(lambda uow: _past(uow, since, until))
     body = await services.offload.run(lambda: msgspec.json.encode(found))
     return Response(body, media_type="application/json")
@@ -60,7 +61,7 @@ async def get_fleet_past(
     operation_id="get_fleet_positions",
     response_class=Response,
     responses=problems(*READER_REFUSALS)
-    | _answer("FleetPositions", "Positions in order of time; ask on from `to_ms`."),
+    | answer_of("FleetPositions", "Positions in order of time; ask on from `to_ms`."),
 )
 async def get_fleet_positions(
     services: InjectedServices,
@@ -72,7 +73,7 @@ async def get_fleet_positions(
     """Where every vehicle was, as far as 60,000 stored positions reach; `to_ms` says how far."""
     to_ms = from_ms + 1000 * seconds
     found = await services.transactions.read(
-        lambda uow: uow.past.positions(_moment(from_ms), _moment(to_ms), ROWS_MAX)
+        lambda uow: uow.past.positions(moment_at(from_ms), moment_at(to_ms), ROWS_MAX)
     )
 
     def work() -> bytes:
@@ -109,5 +110,5 @@ def _past(uow: UnitOfWork, since: datetime, until: datetime) -> past.FleetPast:
     )
 
 
-def _moment(at_ms: int) -> datetime:
+def moment_at(at_ms: int) -> datetime:
     return moment_of_ns(at_ms * 1_000_000)

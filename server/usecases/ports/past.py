@@ -26,6 +26,14 @@ class PastPosition(NamedTuple):
     battery_ratio: float
 
 
+class SpeedCount(NamedTuple):
+    """Positions at [from_kmh, from_kmh + 1), and the sum of their speeds."""
+
+    from_kmh: int
+    positions: int
+    speeds_mps: float
+
+
 class Past(Protocol):
     """All of one campus and of [since, until), oldest first, at most `limit`."""
 
@@ -47,6 +55,14 @@ class Past(Protocol):
 
     def rides(self, since: datetime, until: datetime, limit: int) -> tuple[Ride, ...]:
         """Those with a vehicle that were requested before the end and not over at the beginning."""
+        ...
+
+    def wanted_rides(self, since: datetime, until: datetime, limit: int) -> tuple[Ride, ...]:
+        """Those that were wanted for a time from `since` on, refused ones too."""
+        ...
+
+    def speeds(self, since: datetime, until: datetime) -> tuple[SpeedCount, ...]:
+        """All stored positions, counted by whole km/h."""
         ...
 
     def runs(self, since: datetime, until: datetime, limit: int) -> tuple[Run, ...]:

@@ -3,6 +3,9 @@
 from dataclasses import replace
 from datetime import timedelta
 
+import msgspec
+import pytest
+
 from contract.geometry import Pose2
 from contract.wire.messages import Blocked, SectionReleased, VehicleEvent, VisitChanged
 from server.domain.instants import ns_of
@@ -13,6 +16,7 @@ from server.usecases.ports.past import PastPosition
 from server.usecases.record.server_events import record_event
 from tests.server.store.conftest import Record
 from tests.server.store.test_fleet import SHUTTLE, a_report, add_vehicles
+from tests.server.store.test_rides import RIDE
 from tests.server.usecases.campus_under_test import MORNING as NOW
 
 SECOND, HOUR = timedelta(seconds=1), timedelta(hours=1)
@@ -88,3 +92,27 @@ def test_runs_are_found_that_recorded_something_after_the_beginning(record: Reco
             record.do(lambda uow, segment=segment: uow.runs.add_segment(segment))
     since, until = NOW + 10 * SECOND, NOW + 60 * SECOND
     assert record.found(lambda uow: uow.past.runs(since, until, 100)) == (runs[1],)
+
+
+def test_rides_are_found_by_when_they_were_wanted_refused_ones_too(record: Record) -> None:
+    early = replace(RIDE, ride_id="r1", ride_code="AAA222", earliest=NOW)
+    late = replace(RIDE, ride_id="r2", ride_code="AAA333", earliest=NOW + HOUR)
+    record.do(lambda uow: [uow.rides.add(ride) for ride in (late, early)])
+    found = record.found(lambda uow: uow.past.wanted_rides(NOW, NOW + HOUR, 10))
+    assert [ride.ride_id for ride in found] == ["r1"]
+
+
+def test_positions_are_counted_by_whole_kilometres_an_hour(record: Record) -> None:
+    add_vehicles(record, SHUTTLE)
+    speeds_kmh = (0.0, 0.9, 1.0, 9.99, 10.0, -10.4)
+    reports = [
+        replace(
+            a_report(float(k)),
+            status=msgspec.structs.replace(a_report(float(k)).status, speed_mps=speed_kmh / 3.6),
+        )
+        for k, speed_kmh in enumerate(speeds_kmh)
+    ]
+    record.do(lambda uow: uow.vehicles.save_status(reports))
+    found = record.found(lambda uow: uow.past.speeds(NOW, NOW + HOUR))
+    assert [(one.from_kmh, one.positions) for one in found] == [(0, 2), (1, 1), (9, 1), (10, 2)]
+    assert sum(one.speeds_mps for one in found) == pytest.approx(32.29 / 3.6)

@@ -1475,6 +1475,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/statistics/service": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Service Figures
+         * @description Of rides that were wanted for this time, at most 50,000.
+         */
+        get: operations["get_service_figures"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/statistics/driving": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Driving Figures
+         * @description Of every stored position of the fleet, so of a day at most.
+         */
+        get: operations["get_driving_figures"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/developer-tokens": {
         parameters: {
             query?: never;
@@ -2352,6 +2392,21 @@ export interface components {
             to_stop: string;
         };
         /**
+         * DrivingFigures
+         * @description Of stored positions, two a second for each vehicle that reports.
+         *
+         *         distance_m  the speeds of the positions times the half second between them: about what was driven
+         */
+        DrivingFigures: {
+            from_ms: number;
+            to_ms: number;
+            speeds: components["schemas"]["SpeedBin"][];
+            distance_m: number;
+            brakings: number;
+            takeovers: number;
+            minimal_risk_stops: number;
+        };
+        /**
          * DrivingView
          * @description What the vehicle sees and plans, for screens only. No decision uses it; the run log alone stores it.
          *
@@ -2676,6 +2731,29 @@ export interface components {
              * @description How many drives from stop to stop it rests on.
              */
             legs: number;
+        };
+        /**
+         * HourOfDay
+         * @description Rides that were wanted in this hour of the campus's day, and what became of them.
+         *
+         *         under_way: not over yet; passengers: of completed rides
+         */
+        HourOfDay: {
+            hour: number;
+            /** @default 0 */
+            completed: number;
+            /** @default 0 */
+            refused: number;
+            /** @default 0 */
+            cancelled: number;
+            /** @default 0 */
+            no_show: number;
+            /** @default 0 */
+            failed: number;
+            /** @default 0 */
+            under_way: number;
+            /** @default 0 */
+            passengers: number;
         };
         /**
          * HoursModel
@@ -3350,6 +3428,16 @@ export interface components {
              * Format: date-time
              */
             arrive_by: string;
+        };
+        /**
+         * Quantiles
+         * @description Of `count` values; 0 where there are none.
+         */
+        Quantiles: {
+            count: number;
+            p50: number;
+            p90: number;
+            p99: number;
         };
         /**
          * QuoteView
@@ -4304,6 +4392,25 @@ export interface components {
             days: components["schemas"]["DayView"][];
         };
         /**
+         * ServiceFigures
+         * @description Rides wanted in [from_ms, to_ms).
+         *
+         *         waiting_s     from when it was wanted (or requested, if that was later) until the party boarded
+         *         late_s        how much later than the promised window the party boarded; 0 inside it
+         *         kept_ratio    share of boarded rides that were picked up within their promised window; 0 without any
+         *         is_cut        there were more rides than were looked at
+         */
+        ServiceFigures: {
+            from_ms: number;
+            to_ms: number;
+            hours: components["schemas"]["HourOfDay"][];
+            pairs: components["schemas"]["StopPair"][];
+            waiting_s: components["schemas"]["Quantiles"];
+            late_s: components["schemas"]["Quantiles"];
+            kept_ratio: number;
+            is_cut: boolean;
+        };
+        /**
          * ServiceView
          * @description The days and hours at which the campus runs.
          */
@@ -4450,6 +4557,14 @@ export interface components {
             closes_at: string;
         };
         /**
+         * SpeedBin
+         * @description Of all positions stored: how many were at [from_kmh, from_kmh + 1).
+         */
+        SpeedBin: {
+            from_kmh: number;
+            positions: number;
+        };
+        /**
          * Status
          * @description Where the vehicle is and what it does; latest wins.
          *
@@ -4527,6 +4642,12 @@ export interface components {
             hold_reason: ("just_started" | "operator_hold" | "operator_stop" | "off_map" | "off_route" | "unreachable_visit" | "takeover" | "fault") | null;
             /** Hold Detail */
             hold_detail: string;
+        };
+        /** StopPair */
+        StopPair: {
+            from_stop: string;
+            to_stop: string;
+            rides: number;
         };
         /**
          * StopView
@@ -11658,6 +11779,126 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["FleetPositions"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_service_figures: {
+        parameters: {
+            query: {
+                /** @description Unix time, milliseconds */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Demand by the hour, and how rides went. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ServiceFigures"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_driving_figures: {
+        parameters: {
+            query: {
+                /** @description Unix time, milliseconds */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Speeds, distance, brakings, takeovers. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DrivingFigures"];
                 };
             };
             /** @description Unauthorized */

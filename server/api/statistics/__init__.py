@@ -1,0 +1,1 @@
+"""Demand, service and driving of a stretch of time, in figures."""
