@@ -153,7 +153,7 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
     shown("fleet-replay")
 
 
-_PLACES = ("rides", "service", "incidents", "runs", "audit", "access")
+_PLACES = ("rides", "service", "incidents", "runs", "statistics", "audit", "access")
 
 
 def rows_of(violations: list[Violation]) -> Iterator[dict[str, str | int]]:

@@ -41,6 +41,11 @@ def write_day(database: Path, network: RoadNetwork, vehicles: int, start: dateti
     with sqlite3.connect(database) as connection:
         connection.executemany(_HISTORY, _positions(campus_id, network, vehicles, start, hours))
         connection.executemany(_EVENTS, _events(campus_id, network, vehicles, start, hours))
+        # The server numbers its own events from here on.
+        connection.execute(
+            "INSERT INTO counters (campus_id, name, value) "
+            "SELECT campus_id, 'vehicle_event', max(number) + 1 FROM vehicle_events GROUP BY campus_id"
+        )
         (count,) = connection.execute("SELECT count(*) FROM history").fetchone()
     connection.close()
     return int(count)

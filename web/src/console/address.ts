@@ -1,4 +1,5 @@
-export type Page = "live" | "rides" | "service" | "incidents" | "runs" | "audit" | "access";
+export type Page =
+  "live" | "rides" | "service" | "incidents" | "runs" | "statistics" | "audit" | "access";
 
 export interface Address {
   readonly page: Page;
@@ -12,6 +13,7 @@ export const PAGES: readonly Page[] = [
   "service",
   "incidents",
   "runs",
+  "statistics",
   "audit",
   "access",
 ];

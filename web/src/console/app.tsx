@@ -17,6 +17,7 @@ import { ReplayPage } from "./runs/replay_page";
 import { RunsPage } from "./runs/runs_page";
 import { ServicePage } from "./service/service_page";
 import { link, restoreSession, session, sessionProblem } from "./session";
+import { StatisticsPage } from "./statistics/statistics_page";
 import { SignIn } from "./sign_in";
 import { incidents } from "./store/incidents";
 import { rides } from "./store/rides";
@@ -99,6 +100,8 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
       return <IncidentsPage />;
     case "runs":
       return <CurrentRun campus={shown} ids={ids} />;
+    case "statistics":
+      return <StatisticsPage campus={shown} />;
     case "audit":
       return <AuditPage />;
     case "access":

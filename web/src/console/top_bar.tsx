@@ -30,7 +30,12 @@ export function TopBar() {
         <ConnectionStatus />
         <CampusClock />
         <LanguageSwitch />
-        <button type="button" class="button small" onClick={() => void signOut()}>
+        <button
+          type="button"
+          class="button small"
+          title={session.value?.name}
+          onClick={() => void signOut()}
+        >
           {t.sign_out}
           <span class="operator-name"> {session.value?.name}</span>
         </button>

@@ -1,5 +1,7 @@
 import { expect, test } from "vitest";
 import { hardTexts, textEntries } from "../../shared/texts/text_entries";
+import { replayEn } from "./replay_texts_en";
+import { statisticsEn } from "./statistics_texts_en";
 import { en } from "./texts_en";
 import { zh } from "./texts_zh";
 
@@ -12,6 +14,11 @@ test("every text exists in both languages", () => {
   const keys = (entries: [string, string][]) => entries.map(([key]) => key).sort();
   expect(keys(chinese)).toEqual(keys(english));
   for (const [, text] of [...english, ...chinese]) expect(text.trim()).not.toBe("");
+});
+
+test("no text of a file of its own is covered by one of the same name", () => {
+  for (const part of [replayEn, statisticsEn])
+    for (const [key, text] of Object.entries(part)) expect(en[key as keyof typeof en]).toBe(text);
 });
 
 test("no Chinese text is the English one", () => {

@@ -13,6 +13,7 @@ import type {
 } from "../../shared/scene/scene";
 import type { Role } from "../session";
 import type { Condition } from "../../shared/scene/condition";
+import { statisticsEn } from "./statistics_texts_en";
 import { replayEn } from "./replay_texts_en";
 
 const conditions: Record<Condition, string> = {
@@ -31,6 +32,7 @@ const conditions: Record<Condition, string> = {
 
 export const en = {
   ...replayEn,
+  ...statisticsEn,
   condition_unknown: "Unknown",
   not_live: (seconds: number) =>
     `No data for ${seconds} s. What you see is old and may have changed.`,

@@ -1,8 +1,10 @@
+import { statisticsZh } from "./statistics_texts_zh";
 import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
 
 export const zh: ConsoleTexts = {
   ...replayZh,
+  ...statisticsZh,
   title: "Campusloop 调度台",
   loading: "正在加载…",
   try_again: "重试",

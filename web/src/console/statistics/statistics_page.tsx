@@ -1,0 +1,101 @@
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { api, resultOf, type Schemas } from "../../shared/api/client";
+import type { Problem, Result } from "../../shared/api/problem";
+import type { Campus } from "../../shared/campus/campus";
+import { Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { SelectField } from "../forms/select_field";
+import { TextField } from "../forms/text_field";
+import { dayAfter, dayOf, startOfDay_ms } from "../runs/fleet/campus_day";
+import { texts } from "../texts/texts";
+import { now_ms } from "../texts/times";
+import { DrivingCharts } from "./driving_charts";
+import { ServiceCharts } from "./service_charts";
+
+type ServiceFigures = Schemas["ServiceFigures"];
+type DrivingFigures = Schemas["DrivingFigures"];
+
+/** The stretches that one can look at: days that end with the chosen one. */
+const DAYS = [1, 7, 28] as const;
+
+/** Demand, service and driving, as numbers and as bars. */
+export function StatisticsPage({ campus }: { readonly campus: Campus }) {
+  const t = texts.value;
+  const { timezone } = campus.view;
+  const today = dayOf(now_ms(), timezone);
+  const date = useSignal(today);
+  const days = useSignal("7");
+  const service = useSignal<Result<ServiceFigures> | null>(null);
+  const driving = useSignal<Result<DrivingFigures> | null>(null);
+  useEffect(() => {
+    let is_current = true;
+    service.value = null;
+    driving.value = null;
+    const end_ms = startOfDay_ms(dayAfter(date.value), timezone);
+    const start_ms = startOfDay_ms(date.value, timezone);
+    const first_ms = startOfDay_ms(daysBefore(date.value, Number(days.value) - 1), timezone);
+    void loadService(first_ms, end_ms).then((result) => {
+      if (is_current) service.value = result;
+    });
+    void loadDriving(start_ms, end_ms).then((result) => {
+      if (is_current) driving.value = result;
+    });
+    return () => {
+      is_current = false;
+    };
+  }, [date.value, days.value, timezone]);
+  return (
+    <section class="sheet">
+      <header class="sheet-head">
+        <h1>{t.statistics}</h1>
+      </header>
+      <div class="row-form">
+        <TextField
+          label={t.figures_until}
+          value={date}
+          input={{ type: "date", max: today, required: true }}
+        />
+        <SelectField
+          label={t.stretch}
+          value={days.value}
+          options={DAYS.map((count) => [String(count), t.days_shown(count)] as const)}
+          onChange={(value) => {
+            days.value = value;
+          }}
+        />
+      </div>
+      <Loaded result={service.value}>{(figures) => <ServiceCharts figures={figures} />}</Loaded>
+      <p class="hint">{t.driving_is_of_a_day}</p>
+      <Loaded result={driving.value}>{(figures) => <DrivingCharts figures={figures} />}</Loaded>
+    </section>
+  );
+}
+
+interface LoadedProps<T> {
+  readonly result: Result<T> | null;
+  readonly children: (value: T) => preact.JSX.Element;
+}
+
+function Loaded<T>({ result, children }: LoadedProps<T>) {
+  if (result === null) return <Loading text={texts.value.loading} />;
+  if (!result.ok) return <ProblemAlert problem={result.problem satisfies Problem} />;
+  return children(result.value);
+}
+
+function daysBefore(date: string, count: number): string {
+  return new Date(Date.parse(`${date}T00:00:00Z`) - count * 86_400_000).toISOString().slice(0, 10);
+}
+
+function loadService(from_ms: number, to_ms: number): Promise<Result<ServiceFigures>> {
+  const query = { from_ms, seconds: (to_ms - from_ms) / 1000 };
+  return resultOf(api.GET("/api/v1/statistics/service", { params: { query } })) as Promise<
+    Result<ServiceFigures>
+  >;
+}
+
+function loadDriving(from_ms: number, to_ms: number): Promise<Result<DrivingFigures>> {
+  const query = { from_ms, seconds: (to_ms - from_ms) / 1000 };
+  return resultOf(api.GET("/api/v1/statistics/driving", { params: { query } })) as Promise<
+    Result<DrivingFigures>
+  >;
+}
