@@ -84,12 +84,17 @@ def _newest_first(draft: MapDraft) -> tuple[int, str]:
     "",
     operation_id="make_map_draft",
     status_code=201,
-    responses=problems(MapUnknown, CampusUnknown, TooManyDrafts, *OPERATOR_REFUSALS),
+    responses=problems(MapUnknown, DraftUnknown, CampusUnknown, TooManyDrafts, *OPERATOR_REFUSALS),
 )
 async def make_map_draft(body: DraftBody, command: DrawCommand) -> DraftView:
-    """A copy of a stored version to draw on."""
+    """A copy of a stored version, or of another draft, to draw on."""
 
     def work(uow: UnitOfWork) -> DraftView:
+        if body.draft_id is not None:
+            of = map_drafts.draft_of(uow, body.draft_id)
+            return draft_view(
+                map_drafts.add_draft(uow, body.name or of.name, of.content, of.based_on, command.by)
+            )
         version = body.map_version or uow.network().map_version
         road_map = map_drafts.stored_map(uow, version)
         content = draft_content(road_map)
@@ -143,7 +148,7 @@ async def mend_map_draft(
     _draft, road_map = await _read(services, draft_id)
 
     def mend() -> bytes:
-        return draft_content(services.maps.mended(services.maps.completed(road_map), body.code, body.where))
+        return draft_content(services.maps.mended(services.maps.completed(road_map), body.defect, body.where))
 
     return await _saved(command, draft_id, revision, await services.offload.run(mend))
 

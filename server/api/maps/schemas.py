@@ -71,6 +71,7 @@ class DraftBody(BaseModel):
 
     name: FreeText
     map_version: Id | None = Field(None, description="The version to copy; null: the one in force.")
+    draft_id: Id | None = Field(None, description="Copy this draft instead.")
 
 
 class ChangeBody(BaseModel):
@@ -92,10 +93,10 @@ class ChangeBody(BaseModel):
 
 class FixBody(BaseModel):
     model_config = ConfigDict(
-        extra="forbid", json_schema_extra={"example": {"code": "too_sharp", "where": "lane-17"}}
+        extra="forbid", json_schema_extra={"example": {"defect": "too_sharp", "where": "lane-17"}}
     )
 
-    code: Id
+    defect: Id
     where: Id
 
 
@@ -120,7 +121,7 @@ class DraftMap(BaseModel):
 
 
 class MapProblem(BaseModel):
-    code: str
+    defect: str
     where: str = Field(description="The id of what it is about.")
     detail: str
     place: tuple[float, float] | None = Field(description="Where it is, in metres; null: of the whole map.")
@@ -135,7 +136,7 @@ class DraftProblems(BaseModel):
                 "count": 1,
                 "problems": [
                     {
-                        "code": "too_sharp",
+                        "defect": "too_sharp",
                         "where": "lane-17",
                         "detail": "radius 3.20 m, 5 m at least",
                         "place": [12.0, 4.5],
@@ -217,7 +218,7 @@ def problems_view(revision: int, completed: RoadMap, workshop: MapWorkshop) -> D
 
 def _problem(road_map: RoadMap, problem: Problem, workshop: MapWorkshop) -> MapProblem:
     return MapProblem(
-        code=problem.code,
+        defect=problem.code,
         where=problem.where,
         detail=problem.detail,
         place=_place(road_map, problem.where),

@@ -1,4 +1,5 @@
-export type Page = "live" | "rides" | "service" | "incidents" | "runs" | "audit" | "access";
+export type Page =
+  "live" | "rides" | "service" | "maps" | "incidents" | "runs" | "audit" | "access";
 
 export interface Address {
   readonly page: Page;
@@ -10,6 +11,7 @@ export const PAGES: readonly Page[] = [
   "live",
   "rides",
   "service",
+  "maps",
   "incidents",
   "runs",
   "audit",

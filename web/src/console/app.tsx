@@ -9,6 +9,8 @@ import { fragmentOf } from "./address";
 import { AuditPage } from "./audit/audit_page";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
+import { EditorPage } from "./map_editor/editor_page";
+import { MapsPage } from "./map_editor/maps_page";
 import { address } from "./navigation";
 import { RidesPage } from "./rides/rides_page";
 import { ReplayPage } from "./runs/replay_page";
@@ -88,20 +90,26 @@ function refreshRides(scene_rides: unknown): void {
 
 function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   const { page, ids } = address.value;
-  const [vehicle_id, boot_id] = ids;
+  const [first_id, boot_id] = ids;
   switch (page) {
     case "rides":
       return <RidesPage />;
     case "service":
       return <ServicePage />;
+    case "maps":
+      return first_id === undefined ? (
+        <MapsPage />
+      ) : (
+        <EditorPage key={first_id} campus={shown} draft_id={first_id} />
+      );
     case "incidents":
       return <IncidentsPage />;
     case "runs":
-      return vehicle_id !== undefined && boot_id !== undefined ? (
+      return first_id !== undefined && boot_id !== undefined ? (
         <ReplayPage
-          key={`${vehicle_id}/${boot_id}`}
+          key={`${first_id}/${boot_id}`}
           campus={shown}
-          vehicle_id={vehicle_id}
+          vehicle_id={first_id}
           boot_id={boot_id}
         />
       ) : (

@@ -45,7 +45,7 @@ def upload(
 def found(server: ServerUnderTest, of: dict[str, Any]) -> list[str]:
     answer = server.get(f"/maps/drafts/{of['draft_id']}/problems")
     assert answer.status_code == 200, answer.text
-    return [problem["code"] for problem in answer.json()["problems"]]
+    return [problem["defect"] for problem in answer.json()["problems"]]
 
 
 def publish(server: ServerUnderTest, headers: dict[str, str], of: dict[str, Any]) -> Any:
@@ -96,18 +96,18 @@ def test_problems_have_a_place_and_are_mended_by_one_call(
     changed = change(server, operator, made, put={"no_stopping_zones": [zone]}).json()
     answer = server.get(f"/maps/drafts/{made['draft_id']}/problems").json()
     (problem,) = answer["problems"]
-    assert (problem["code"], problem["where"]) == ("in_no_stopping_zone", stop["stop_id"])
+    assert (problem["defect"], problem["where"]) == ("in_no_stopping_zone", stop["stop_id"])
     assert problem["can_be_mended"]
     assert len(problem["place"]) == 2
     refused = publish(server, operator, changed)
     assert (refused.status_code, refused.json()["code"]) == (409, "draft_unsound")
     headers = operator | {"If-Match": "2"}
     path = f"/maps/drafts/{made['draft_id']}/fixes"
-    mended = server.post(path, {"code": problem["code"], "where": problem["where"]}, headers=headers)
+    mended = server.post(path, {"defect": problem["defect"], "where": problem["where"]}, headers=headers)
     assert mended.status_code == 200, mended.text
     assert found(server, made) == []
     nothing = server.post(
-        path, {"code": "kerb_in_the_way", "where": "k"}, headers=operator | {"If-Match": "3"}
+        path, {"defect": "kerb_in_the_way", "where": "k"}, headers=operator | {"If-Match": "3"}
     )
     assert (nothing.status_code, nothing.json()["code"]) == (409, "no_such_fix")
 

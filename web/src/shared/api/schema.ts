@@ -97,7 +97,7 @@ export interface paths {
         put?: never;
         /**
          * Make Map Draft
-         * @description A copy of a stored version to draw on.
+         * @description A copy of a stored version, or of another draft, to draw on.
          */
         post: operations["make_map_draft"];
         delete?: never;
@@ -2599,6 +2599,11 @@ export interface components {
              * @description The version to copy; null: the one in force.
              */
             map_version?: string | null;
+            /**
+             * Draft Id
+             * @description Copy this draft instead.
+             */
+            draft_id?: string | null;
         };
         /**
          * DraftMap
@@ -2666,7 +2671,7 @@ export interface components {
          *       "count": 1,
          *       "problems": [
          *         {
-         *           "code": "too_sharp",
+         *           "defect": "too_sharp",
          *           "where": "lane-17",
          *           "detail": "radius 3.20 m, 5 m at least",
          *           "place": [
@@ -3012,13 +3017,13 @@ export interface components {
         /**
          * FixBody
          * @example {
-         *       "code": "too_sharp",
+         *       "defect": "too_sharp",
          *       "where": "lane-17"
          *     }
          */
         FixBody: {
-            /** Code */
-            code: string;
+            /** Defect */
+            defect: string;
             /** Where */
             where: string;
         };
@@ -3395,8 +3400,8 @@ export interface components {
         };
         /** MapProblem */
         MapProblem: {
-            /** Code */
-            code: string;
+            /** Defect */
+            defect: string;
             /**
              * Where
              * @description The id of what it is about.
