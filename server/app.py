@@ -30,6 +30,7 @@ from server.api.security.host_check import HostCheck
 from server.api.security.open_sockets import OpenSockets
 from server.api.security.rate_limit import RateLimit
 from server.api.services import Limits, Services
+from server.feeds.roads.workshop import RoadMapWorkshop
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
 from server.live.feed import SceneFeed
@@ -201,6 +202,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,
+        maps=RoadMapWorkshop(),
         webhook_sender=ports.webhook_sender,
         spans=spans,
         pages=read_pages(settings.web_dist),

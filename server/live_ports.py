@@ -201,7 +201,7 @@ async def _prepare(transactions: Transactions, settings: Settings, road_map: Roa
     made = secrets.token_urlsafe(9)
 
     def work(uow: UnitOfWork) -> bool:
-        campus.load_map(uow, encode_map(road_map), "start-up", activate=True)
+        campus.load_map_at_start(uow, encode_map(road_map))
         tickets.take_over_keys(uow)
         is_new = uow.identity.operator_by_name(settings.operator_name) is None
         if password or is_new:

@@ -151,9 +151,17 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
     page.locator(".timeline").wait_for()
     page.locator(".row").first.wait_for()
     shown("fleet-replay")
+    draft = server.change("POST", "/maps/drafts", {"name": "Draft"})
+    page.goto(f"{server.origin}/console#/maps/{draft['draft_id']}")
+    page.locator(".map-side .alert.good").wait_for()
+    shown("map-editor")
+    page.get_by_role("application").press("Enter")
+    shown("map-editor-chosen")
+    # A campus keeps so many drafts at a time.
+    server.http.delete(f"/maps/drafts/{draft['draft_id']}").raise_for_status()
 
 
-_PLACES = ("rides", "service", "incidents", "runs", "statistics", "audit", "access")
+_PLACES = ("rides", "service", "maps", "incidents", "runs", "statistics", "audit", "access")
 
 
 def rows_of(violations: list[Violation]) -> Iterator[dict[str, str | int]]:

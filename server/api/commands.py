@@ -16,11 +16,13 @@ from server.api.security.access import Actor, ActorDependency, changing, now_ns
 from server.api.security.permissions import (
     ADMINISTER,
     DISPATCH,
+    DRAW_MAPS,
     EVACUATE,
     GIVE_ACCESS,
     HANDLE_INCIDENTS,
     MOVE,
     PLACE,
+    PUBLISH_MAPS,
     REGISTER_WEBHOOKS,
     RUN_SERVICE,
     STOP,
@@ -259,6 +261,8 @@ StopCommand = Annotated[Command, Depends(command_of(changing(STOP)))]
 MoveCommand = Annotated[Command, Depends(command_of(changing(MOVE)))]
 EvacuationCommand = Annotated[Command, Depends(command_of(changing(EVACUATE)))]
 PlaceCommand = Annotated[Command, Depends(command_of(changing(PLACE)))]
+DrawCommand = Annotated[Command, Depends(command_of(changing(DRAW_MAPS)))]
+PublishCommand = Annotated[Command, Depends(command_of(changing(PUBLISH_MAPS)))]
 WebhookCommand = Annotated[Command, Depends(command_of(changing(REGISTER_WEBHOOKS)))]
 AdminCommand = Annotated[Command, Depends(command_of(changing(ADMINISTER)))]
 AccessCommand = Annotated[Command, Depends(command_of(changing(GIVE_ACCESS)))]

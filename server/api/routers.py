@@ -13,6 +13,9 @@ from server.api.closures import routes as closures
 from server.api.health import routes as health
 from server.api.incidents import routes as incidents
 from server.api.interventions import routes as interventions
+from server.api.maps import drafts as map_drafts
+from server.api.maps import routes as maps
+from server.api.maps import uploads as map_uploads
 from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
@@ -56,6 +59,9 @@ def bare_app(**options: Any) -> FastAPI:
     api = APIRouter(prefix=PREFIX, max_body_size=REQUEST_BYTES_MAX)
     for router in (
         campus.router,
+        map_uploads.router,
+        map_drafts.router,
+        maps.router,
         rides.router,
         records.router,
         series.router,

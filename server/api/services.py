@@ -23,6 +23,7 @@ from server.store.segments.segment_store import SegmentStore
 from server.supervision.supervisor import Supervisor
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
+from server.usecases.ports.maps import MapWorkshop
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.ports.webhooks import WebhookSender
 
@@ -77,6 +78,7 @@ class Services:
     measurements: Measurements
     limits: Limits
     has_our_tables: Callable[[], bool]
+    maps: MapWorkshop
     webhook_sender: WebhookSender | None
     spans: RideSpans | None
     pages: dict[str, Page]

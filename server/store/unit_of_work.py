@@ -49,13 +49,14 @@ from server.store.record.webhooks import SqlWebhookRepository
 from server.store.rides.rides import SqlRideRepository
 from server.store.rides.series import SqlSeriesRepository
 from server.store.roads.closures import SqlClosureRepository
+from server.store.roads.map_drafts import SqlMapDraftRepository
 from server.store.roads.maps import SqlMapRepository
 from server.store.views import SqlViews
 from server.store.writing.campus_lock import CampusLock
 from server.travel.closed_roads import sections_closed
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Clock, Ids, PasswordHasher
-from server.usecases.ports.maps import ClosureRepository, MapLibrary, MapRepository
+from server.usecases.ports.maps import ClosureRepository, MapDraftRepository, MapLibrary, MapRepository
 from server.usecases.ports.past import Past
 from server.usecases.ports.plans import (
     OrderRepository,
@@ -165,6 +166,7 @@ class SqlUnitOfWork:
         self.rides: RideRepository = self._rides
         self.vehicles: VehicleRepository = self._vehicles
         self.sections: SectionRepository = self._sections
+        self.map_drafts: MapDraftRepository = SqlMapDraftRepository(connection, campus_id, lock)
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)

@@ -30,5 +30,8 @@ MOVE = Permission(("safety",), "drive", second_factor=True)
 EVACUATE = Permission(("safety",))
 PLACE = Permission(("safety",), second_factor=True)
 REGISTER_WEBHOOKS = Permission(("admin",), "drive")
+DRAW_MAPS = Permission(("dispatcher", "safety"))
+# Where all shuttles drive from then on.
+PUBLISH_MAPS = Permission(("safety",), second_factor=True)
 ADMINISTER = Permission(("admin",))
 GIVE_ACCESS = Permission(("admin",), second_factor=True)

@@ -27,6 +27,42 @@ class MapInUse(DomainError):
     code = "map_in_use"
 
 
+class DraftUnknown(DomainError):
+    """No draft of a map has this id."""
+
+    code = "draft_unknown"
+
+
+class DraftChanged(DomainError):
+    """Someone else has changed the draft since; nothing of it was overwritten."""
+
+    code = "draft_changed"
+
+
+class DraftUnsound(DomainError):
+    """The draft has problems, so it cannot be published."""
+
+    code = "draft_unsound"
+
+
+class TooManyDrafts(DomainError):
+    """There are as many drafts as the server keeps; discard one."""
+
+    code = "too_many_drafts"
+
+
+class MapElsewhere(DomainError):
+    """The file lies far from the map in force."""
+
+    code = "map_elsewhere"
+
+
+class NoSuchFix(DomainError):
+    """This problem cannot be mended automatically, or is there no longer."""
+
+    code = "no_such_fix"
+
+
 class AreaUnknown(DomainError):
     """The active map has no such observation area."""
 

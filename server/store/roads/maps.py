@@ -5,7 +5,7 @@ from functools import lru_cache
 from sqlalchemy import Connection, bindparam, exists, select
 
 from server.domain.roads.closures import ClosureState
-from server.domain.roads.maps import ActiveMap, StoredMap
+from server.domain.roads.maps import ActiveMap, MapVersion, StoredMap
 from server.store import tables
 from server.store.columns import from_json
 from server.store.repository import Repository
@@ -43,6 +43,12 @@ class SqlMapRepository(Repository):
         if row is None:
             return ActiveMap(None, False, None)
         return ActiveMap(row[0], bool(row[1]), None if row[2] is None else _factors(row[2]))
+
+    def versions(self) -> tuple[MapVersion, ...]:
+        columns = (_map.map_version, _map.name, _map.added_at, _map.active)
+        query = select(*columns).where(_map.campus_id == self._campus_id)
+        rows = self._connection.execute(query.order_by(_map.added_at.desc(), _map.map_version))
+        return tuple(MapVersion(row.map_version, row.name, row.added_at, row.active) for row in rows)
 
     def add(self, stored: StoredMap) -> None:
         self._insert(

@@ -53,6 +53,7 @@ from server.store.tables.rides import (
 from server.store.tables.service import (
     closures,
     departures,
+    map_drafts,
     maps,
     service_exceptions,
     service_patterns,
@@ -73,6 +74,7 @@ __all__ = [
     "history",
     "incidents",
     "leases",
+    "map_drafts",
     "maps",
     "metadata",
     "occurrences",

@@ -1,6 +1,6 @@
 """Maps, closures, calendars and departures."""
 
-from sqlalchemy import Boolean, Column, Date, Index, LargeBinary, String, Table
+from sqlalchemy import Boolean, Column, Date, Index, Integer, LargeBinary, String, Table
 
 from server.store.tables.metadata import campus_key, instant, key, metadata, optional_instant, string, text
 
@@ -13,6 +13,20 @@ maps = Table(
     Column("content", LargeBinary, nullable=False),
     instant("added_at"),
     Column("active", Boolean, nullable=False),
+)
+map_drafts = Table(
+    "map_drafts",
+    metadata,
+    campus_key(),
+    key("draft_id"),
+    string("name", 200),
+    Column("revision", Integer, nullable=False),
+    string("based_on"),
+    string("made_by", 200),
+    instant("made_at"),
+    string("changed_by", 200),
+    instant("changed_at"),
+    Column("content", LargeBinary, nullable=False),
 )
 departures = Table(
     "departures",

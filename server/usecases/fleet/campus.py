@@ -1,5 +1,7 @@
 """The campus map in force, and its stops."""
 
+from dataclasses import replace
+
 from contract.roads.load import MapError, decode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
@@ -28,6 +30,20 @@ def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False
     return activate_map(uow, stored.map_version, by) if activate else stored
 
 
+def load_map_at_start(uow: UnitOfWork, content: bytes) -> StoredMap:
+    """Store the map that the server was started with, and activate it where it is new.
+
+    A file that was loaded before does not replace a map that was published since: a restart is no roll-back.
+    Raises MapInvalid, MapInUse.
+    """
+    try:
+        version = decode_map(content).map_version
+    except MapError as error:
+        raise MapInvalid(error.detail) from error
+    is_new = uow.maps.get(version) is None or uow.maps.active_version() is None
+    return load_map(uow, content, "start-up", activate=is_new)
+
+
 def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
     """Make a stored map the one in force. Raises MapUnknown, MapInUse (shuttles are under way)."""
     stored = uow.maps.get(map_version)
@@ -38,6 +54,10 @@ def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
     _require_nobody_under_way(uow)
     for occupancy in uow.sections.all():
         uow.sections.remove(occupancy.vehicle_id)
+    for vehicle in uow.vehicles.all():
+        # It is placed again by its first report, once it drives by the new map too.
+        if vehicle.placed:
+            uow.vehicles.save(replace(vehicle, placed=False))
     uow.maps.activate(map_version)
     uow.roads_changed()
     enter_services(uow, uow.network().road_map)

@@ -192,7 +192,8 @@ def _check_position(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
         )
         return
     clear_incident(uow, IncidentKind.IMPOSSIBLE_POSITION, vehicle_id)
-    if not vehicle.placed:
+    # One that drives by another map would refuse every order: it gets none until it has this map.
+    if not vehicle.placed and vehicle.map_version in ("", network.map_version):
         _place_by(uow, vehicle, network, status)
 
 

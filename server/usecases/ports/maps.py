@@ -1,9 +1,11 @@
-"""Campus maps: stored, and decoded."""
+"""Campus maps: stored, decoded, drawn and made of files."""
 
-from typing import Protocol
+from pathlib import Path
+from typing import Literal, Protocol
 
+from contract.roads.model import RoadMap
 from server.domain.roads.closures import Closure
-from server.domain.roads.maps import ActiveMap, StoredMap
+from server.domain.roads.maps import ActiveMap, MapDraft, MapVersion, StoredMap
 from server.travel.fleet_roads import FleetRoads
 
 
@@ -36,6 +38,52 @@ class MapRepository(Protocol):
 
     def active(self) -> ActiveMap: ...
 
+    def versions(self) -> tuple[MapVersion, ...]:
+        """All stored maps, the newest first."""
+        ...
+
     def add(self, stored: StoredMap) -> None: ...
 
     def activate(self, map_version: str) -> None: ...
+
+
+class MapDraftRepository(Protocol):
+    def get(self, draft_id: str) -> MapDraft | None: ...
+
+    def all(self) -> tuple[MapDraft, ...]:
+        """By the newest change, without content."""
+        ...
+
+    def add(self, draft: MapDraft) -> None: ...
+
+    def save(self, draft: MapDraft) -> None: ...
+
+    def remove(self, draft_id: str) -> None: ...
+
+
+ExportFormat = Literal["geojson", "lanelet2", "map"]
+
+
+class MapWorkshop(Protocol):
+    """Makes maps of files and files of maps; all of it takes seconds and blocks."""
+
+    def imported(self, path: Path, like: RoadMap | None, campus_id: str) -> tuple[RoadMap, tuple[str, ...]]:
+        """(the map of a file in any known format, what was repaired and left out).
+
+        like  whose name and timezone a file that names none gets. Raises MapInvalid with what to do.
+        """
+        ...
+
+    def completed(self, road_map: RoadMap) -> RoadMap:
+        """A drawn map with sections, and with resting places where it can have them."""
+        ...
+
+    def exported(self, road_map: RoadMap, kind: ExportFormat) -> bytes: ...
+
+    def mends(self, code: str) -> bool:
+        """Problems of this code can be mended by `mended`."""
+        ...
+
+    def mended(self, road_map: RoadMap, code: str, where: str) -> RoadMap:
+        """The map without that problem, as far as it can be mended. Raises NoSuchFix."""
+        ...

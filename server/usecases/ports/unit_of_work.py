@@ -13,7 +13,7 @@ from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Ids, PasswordHasher
-from server.usecases.ports.maps import ClosureRepository, MapRepository
+from server.usecases.ports.maps import ClosureRepository, MapDraftRepository, MapRepository
 from server.usecases.ports.past import Past
 from server.usecases.ports.plans import (
     OrderRepository,
@@ -62,6 +62,7 @@ class UnitOfWork(Protocol):
     incidents: IncidentRepository
     events: EventRepository
     maps: MapRepository
+    map_drafts: MapDraftRepository
     runs: RunRepository
     identity: IdentityRepository
     second_factors: SecondFactorRepository

@@ -1,5 +1,5 @@
 export type Page =
-  "live" | "rides" | "service" | "incidents" | "runs" | "statistics" | "audit" | "access";
+  "live" | "rides" | "service" | "maps" | "incidents" | "runs" | "statistics" | "audit" | "access";
 
 export interface Address {
   readonly page: Page;
@@ -11,6 +11,7 @@ export const PAGES: readonly Page[] = [
   "live",
   "rides",
   "service",
+  "maps",
   "incidents",
   "runs",
   "statistics",

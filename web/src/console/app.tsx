@@ -9,6 +9,8 @@ import { fragmentOf } from "./address";
 import { AuditPage } from "./audit/audit_page";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
+import { EditorPage } from "./map_editor/editor_page";
+import { MapsPage } from "./map_editor/maps_page";
 import { address } from "./navigation";
 import { RidesPage } from "./rides/rides_page";
 import { FleetReplayPage } from "./runs/fleet/fleet_replay_page";
@@ -91,11 +93,18 @@ function refreshRides(scene_rides: unknown): void {
 
 function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   const { page, ids } = address.value;
+  const [first_id] = ids;
   switch (page) {
     case "rides":
       return <RidesPage />;
     case "service":
       return <ServicePage />;
+    case "maps":
+      return first_id === undefined ? (
+        <MapsPage />
+      ) : (
+        <EditorPage key={first_id} campus={shown} draft_id={first_id} />
+      );
     case "incidents":
       return <IncidentsPage />;
     case "runs":

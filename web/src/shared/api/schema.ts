@@ -61,6 +61,254 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/maps/drafts/files": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Import Map Draft
+         * @description OpenStreetMap (XML, PBF), GeoJSON, Lanelet2 or our own format, told by content. The answer lists every
+         *     repair and all that was left out.
+         */
+        post: operations["import_map_draft"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Map Drafts
+         * @description All drafts, the one that was changed last first.
+         */
+        get: operations["list_map_drafts"];
+        put?: never;
+        /**
+         * Make Map Draft
+         * @description A copy of a stored version, or of another draft, to draw on.
+         */
+        post: operations["make_map_draft"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Map Draft
+         * @description Everything that is drawn.
+         */
+        get: operations["get_map_draft"];
+        put?: never;
+        post?: never;
+        /** Discard Map Draft */
+        delete: operations["discard_map_draft"];
+        options?: never;
+        head?: never;
+        /**
+         * Change Map Draft
+         * @description Refused with 412, and nothing overwritten, where someone else has changed the draft since.
+         */
+        patch: operations["change_map_draft"];
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}/fixes": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Mend Map Draft
+         * @description Mend one problem. Load the draft again to see how.
+         */
+        post: operations["mend_map_draft"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}/problems": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Check Map Draft
+         * @description What keeps the draft from being published, each with its place.
+         */
+        get: operations["check_map_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}/diff": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Compare Map Draft
+         * @description What the draft has added, removed and changed against the map in force.
+         */
+        get: operations["compare_map_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}/trial-drives": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Try Map Draft
+         * @description The fastest way between two stops of the draft, and how long a shuttle takes for it.
+         */
+        get: operations["try_map_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}/exports/{kind}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Export Map Draft */
+        get: operations["export_map_draft"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/drafts/{draft_id}/publications": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Publish Map Draft
+         * @description Put the draft in force. It must have no problems, and no shuttle may be under way: it drives by the map
+         *     that it has. The draft is gone; the former map stays stored.
+         */
+        post: operations["publish_map_draft"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Maps
+         * @description Every stored version, the newest first.
+         */
+        get: operations["list_maps"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/{map_version}/exports/{kind}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Export Map
+         * @description GeoJSON, Lanelet2 or our own format; each can be imported again without loss.
+         */
+        get: operations["export_map"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/{map_version}/activations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Activate Map
+         * @description Put a stored version in force: roll back, or forward again. No shuttle may be under way.
+         */
+        post: operations["activate_map"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides": {
         parameters: {
             query?: never;
@@ -2010,6 +2258,31 @@ export interface components {
             what: string;
         };
         /**
+         * ChangeBody
+         * @description Elements replace those of the same id; new ones are added.
+         * @example {
+         *       "put": {
+         *         "stops": [
+         *           {
+         *             "stop_id": "gate",
+         *             "name": "Gate",
+         *             "lane_id": "lane-17",
+         *             "s_m": 12
+         *           }
+         *         ]
+         *       },
+         *       "removed": {
+         *         "stops": [
+         *           "old-gate"
+         *         ]
+         *       }
+         *     }
+         */
+        ChangeBody: {
+            put?: components["schemas"]["Elements"];
+            removed?: components["schemas"]["RemovedIds"];
+        };
+        /**
          * ClosureBody
          * @description Lanes, or single sections of them, that no vehicle is sent through.
          * @example {
@@ -2392,6 +2665,169 @@ export interface components {
             to_stop: string;
         };
         /**
+         * DraftBody
+         * @example {
+         *       "name": "New south gate",
+         *       "map_version": null
+         *     }
+         */
+        DraftBody: {
+            /** Name */
+            name: string;
+            /**
+             * Map Version
+             * @description The version to copy; null: the one in force.
+             */
+            map_version?: string | null;
+            /**
+             * Draft Id
+             * @description Copy this draft instead.
+             */
+            draft_id?: string | null;
+        };
+        /**
+         * DraftMap
+         * @description Everything that is drawn, in metres east and north of the origin.
+         * @example {
+         *       "draft": {
+         *         "draft_id": "draft-1",
+         *         "name": "New south gate",
+         *         "revision": 4,
+         *         "based_on": "3f0c9a71d2e84b55",
+         *         "made_by": "operator",
+         *         "made_at": "2026-09-01T08:00:00Z",
+         *         "changed_by": "operator",
+         *         "changed_at": "2026-09-01T08:10:00Z",
+         *         "repairs": []
+         *       },
+         *       "elements": {
+         *         "kerbs": [
+         *           {
+         *             "kerb_id": "kerb-1",
+         *             "points": [
+         *               [
+         *                 0,
+         *                 3
+         *               ],
+         *               [
+         *                 20,
+         *                 3
+         *               ]
+         *             ]
+         *           }
+         *         ]
+         *       },
+         *       "buildings": [
+         *         [
+         *           [
+         *             1,
+         *             2
+         *           ],
+         *           [
+         *             31,
+         *             2
+         *           ],
+         *           [
+         *             31,
+         *             22
+         *           ]
+         *         ]
+         *       ]
+         *     }
+         */
+        DraftMap: {
+            draft: components["schemas"]["DraftView"];
+            elements: components["schemas"]["Elements"];
+            /** Buildings */
+            buildings: [
+                number,
+                number
+            ][][];
+        };
+        /**
+         * DraftProblems
+         * @example {
+         *       "revision": 4,
+         *       "count": 1,
+         *       "problems": [
+         *         {
+         *           "defect": "too_sharp",
+         *           "where": "lane-17",
+         *           "detail": "radius 3.20 m, 5 m at least",
+         *           "place": [
+         *             12,
+         *             4.5
+         *           ],
+         *           "can_be_mended": true
+         *         }
+         *       ],
+         *       "resting_places": 6
+         *     }
+         */
+        DraftProblems: {
+            /** Revision */
+            revision: number;
+            /** Count */
+            count: number;
+            /** Problems */
+            problems: components["schemas"]["MapProblem"][];
+            /**
+             * Resting Places
+             * @description How many shuttles the map has room for.
+             */
+            resting_places: number;
+        };
+        /**
+         * DraftView
+         * @example {
+         *       "draft_id": "draft-1",
+         *       "name": "New south gate",
+         *       "revision": 4,
+         *       "based_on": "3f0c9a71d2e84b55",
+         *       "made_by": "operator",
+         *       "made_at": "2026-09-01T08:00:00Z",
+         *       "changed_by": "operator",
+         *       "changed_at": "2026-09-01T08:10:00Z",
+         *       "repairs": []
+         *     }
+         */
+        DraftView: {
+            /** Draft Id */
+            draft_id: string;
+            /** Name */
+            name: string;
+            /**
+             * Revision
+             * @description Name it in If-Match when you change the draft.
+             */
+            revision: number;
+            /**
+             * Based On
+             * @description The version that was copied; empty for a file.
+             */
+            based_on: string;
+            /** Made By */
+            made_by: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Changed By */
+            changed_by: string;
+            /**
+             * Changed At
+             * Format: date-time
+             */
+            changed_at: string;
+            /**
+             * Repairs
+             * @description What an import repaired and left out; only then.
+             * @default []
+             */
+            repairs: string[];
+        };
+        /**
          * DrivingFigures
          * @description Of stored positions, two a second for each vehicle that reports.
          *
@@ -2482,6 +2918,48 @@ export interface components {
             rides: components["schemas"]["RideEffectView"][];
             /** Departures */
             departures: components["schemas"]["DepartureEffectView"][];
+        };
+        /** ElementDiff */
+        ElementDiff: {
+            /** Added */
+            added: string[];
+            /** Removed */
+            removed: string[];
+            /** Changed */
+            changed: string[];
+        };
+        /** Elements */
+        Elements: {
+            /**
+             * Lanes
+             * @default []
+             */
+            lanes: components["schemas"]["LaneBody"][];
+            /**
+             * Stops
+             * @default []
+             */
+            stops: components["schemas"]["StopBody"][];
+            /**
+             * Resting Places
+             * @default []
+             */
+            resting_places: components["schemas"]["RestingPlaceBody"][];
+            /**
+             * Observation Areas
+             * @default []
+             */
+            observation_areas: components["schemas"]["ObservationAreaBody"][];
+            /**
+             * No Stopping Zones
+             * @default []
+             */
+            no_stopping_zones: components["schemas"]["NoStoppingZoneBody"][];
+            /**
+             * Kerbs
+             * @default []
+             */
+            kerbs: components["schemas"]["KerbBody"][];
         };
         /**
          * Enrolment
@@ -2630,6 +3108,19 @@ export interface components {
              * @example Input should be greater than or equal to 1
              */
             message: string;
+        };
+        /**
+         * FixBody
+         * @example {
+         *       "defect": "too_sharp",
+         *       "where": "lane-17"
+         *     }
+         */
+        FixBody: {
+            /** Defect */
+            defect: string;
+            /** Where */
+            where: string;
         };
         /**
          * FleetPast
@@ -2867,6 +3358,55 @@ export interface components {
              */
             for_s?: number | null;
         };
+        /** KerbBody */
+        KerbBody: {
+            /** Kerb Id */
+            kerb_id: string;
+            /** Points */
+            points: [
+                number,
+                number
+            ][];
+        };
+        /** LaneBody */
+        LaneBody: {
+            /** Lane Id */
+            lane_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "road" | "turn" | "turnaround";
+            /** Points */
+            points: [
+                number,
+                number
+            ][];
+            /** Width M */
+            width_m: number;
+            /** Speed Limit Mps */
+            speed_limit_mps: number;
+            /** Can Pass */
+            can_pass: boolean;
+            /** Successors */
+            successors: string[];
+            /**
+             * Scenario
+             * @default common_road
+             * @enum {string}
+             */
+            scenario: "common_road" | "parking_lot" | "unprotected_intersection";
+            /**
+             * Name
+             * @default
+             */
+            name: string;
+            /**
+             * Name En
+             * @default
+             */
+            name_en: string;
+        };
         /**
          * LaneShape
          * @description A reference line. xy is x0, y0, x1, y1, ... in metres.
@@ -2891,6 +3431,29 @@ export interface components {
             name_en: string;
             /** Xy */
             xy: number[];
+        };
+        /**
+         * MapDiff
+         * @example {
+         *       "against": "3f0c9a71d2e84b55",
+         *       "kinds": {
+         *         "lanes": {
+         *           "added": [],
+         *           "removed": [],
+         *           "changed": [
+         *             "lane-17"
+         *           ]
+         *         }
+         *       }
+         *     }
+         */
+        MapDiff: {
+            /** Against */
+            against: string;
+            /** Kinds */
+            kinds: {
+                [key: string]: components["schemas"]["ElementDiff"];
+            };
         };
         /**
          * MapGeometry
@@ -2974,6 +3537,53 @@ export interface components {
             areas: components["schemas"]["AreaShape"][];
             /** Stops */
             stops: components["schemas"]["StopView"][];
+        };
+        /** MapProblem */
+        MapProblem: {
+            /** Defect */
+            defect: string;
+            /**
+             * Where
+             * @description The id of what it is about.
+             */
+            where: string;
+            /** Detail */
+            detail: string;
+            /**
+             * Place
+             * @description Where it is, in metres; null: of the whole map.
+             */
+            place: [
+                number,
+                number
+            ] | null;
+            /** Can Be Mended */
+            can_be_mended: boolean;
+        };
+        /**
+         * MapVersionView
+         * @example {
+         *       "map_version": "3f0c9a71d2e84b55",
+         *       "name": "Baoshan campus",
+         *       "added_at": "2026-09-01T08:00:00Z",
+         *       "active": true
+         *     }
+         */
+        MapVersionView: {
+            /** Map Version */
+            map_version: string;
+            /** Name */
+            name: string;
+            /**
+             * Added At
+             * Format: date-time
+             */
+            added_at: string;
+            /**
+             * Active
+             * @description In force: shuttles drive by it.
+             */
+            active: boolean;
         };
         /**
          * Mark
@@ -3073,6 +3683,37 @@ export interface components {
              * @default 0
              */
             wheelchair_places: number;
+        };
+        /** NoStoppingZoneBody */
+        NoStoppingZoneBody: {
+            /** Zone Id */
+            zone_id: string;
+            /** Lane Id */
+            lane_id: string;
+            /** S From M */
+            s_from_m: number;
+            /** S To M */
+            s_to_m: number;
+        };
+        /** ObservationAreaBody */
+        ObservationAreaBody: {
+            /** Area Id */
+            area_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "intersection" | "crossing";
+            /** Outline */
+            outline: [
+                number,
+                number
+            ][];
+            /** Stop Lines */
+            stop_lines: [
+                string,
+                number
+            ][];
         };
         /**
          * OccurrenceState
@@ -3554,6 +4195,53 @@ export interface components {
             type: "refused";
             code: string;
             detail: string;
+        };
+        /** RemovedIds */
+        RemovedIds: {
+            /**
+             * Lanes
+             * @default []
+             */
+            lanes: string[];
+            /**
+             * Stops
+             * @default []
+             */
+            stops: string[];
+            /**
+             * Resting Places
+             * @default []
+             */
+            resting_places: string[];
+            /**
+             * Observation Areas
+             * @default []
+             */
+            observation_areas: string[];
+            /**
+             * No Stopping Zones
+             * @default []
+             */
+            no_stopping_zones: string[];
+            /**
+             * Kerbs
+             * @default []
+             */
+            kerbs: string[];
+        };
+        /** RestingPlaceBody */
+        RestingPlaceBody: {
+            /** Place Id */
+            place_id: string;
+            /** Lane Id */
+            lane_id: string;
+            /** S M */
+            s_m: number;
+            /**
+             * Charger
+             * @default false
+             */
+            charger: boolean;
         };
         /**
          * RideEffectView
@@ -4643,6 +5331,28 @@ export interface components {
             /** Hold Detail */
             hold_detail: string;
         };
+        /** StopBody */
+        StopBody: {
+            /** Stop Id */
+            stop_id: string;
+            /** Name */
+            name: string;
+            /** Lane Id */
+            lane_id: string;
+            /** S M */
+            s_m: number;
+            /**
+             * Name En
+             * @default
+             */
+            name_en: string;
+            /**
+             * Placed By
+             * @default hand
+             * @enum {string}
+             */
+            placed_by: "tag" | "rule" | "hand";
+        };
         /** StopPair */
         StopPair: {
             from_stop: string;
@@ -4902,6 +5612,28 @@ export interface components {
             learned_at: string | null;
             /** Hours */
             hours: components["schemas"]["HourFactor"][];
+        };
+        /**
+         * TrialDrive
+         * @description The way that a shuttle would take: x0, y0, x1, y1, ... in metres.
+         * @example {
+         *       "length_m": 820.5,
+         *       "time_s": 231,
+         *       "xy": [
+         *         0,
+         *         0,
+         *         12.5,
+         *         0.4
+         *       ]
+         *     }
+         */
+        TrialDrive: {
+            /** Length M */
+            length_m: number;
+            /** Time S */
+            time_s: number;
+            /** Xy */
+            xy: number[];
         };
         /** TripView */
         TripView: {
@@ -5584,6 +6316,1240 @@ export interface operations {
             };
             /** @description The request does not fit its schema. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    import_map_draft: {
+        parameters: {
+            query: {
+                /** @description Its ending tells OpenStreetMap's XML and PBF apart. */
+                file_name: string;
+                /** @description The file is meant, although it lies far away. */
+                elsewhere?: boolean;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_drafts: {
+        parameters: {
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    make_map_draft: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["DraftBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftMap"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    discard_map_draft: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_map_draft: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ChangeBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mend_map_draft: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FixBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    check_map_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["DraftProblems"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    compare_map_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapDiff"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    try_map_draft: {
+        parameters: {
+            query: {
+                from_stop: string;
+                to_stop: string;
+            };
+            header?: never;
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TrialDrive"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_map_draft: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                draft_id: string;
+                kind: "geojson" | "lanelet2" | "map";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The map as a file. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": unknown;
+                    "application/xml": unknown;
+                    "application/json": unknown;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    publish_map_draft: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                draft_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapVersionView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_maps: {
+        parameters: {
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapVersionView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_map: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                map_version: string;
+                kind: "geojson" | "lanelet2" | "map";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The map as a file. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": unknown;
+                    "application/xml": unknown;
+                    "application/json": unknown;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    activate_map: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["MapVersionView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

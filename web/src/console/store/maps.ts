@@ -1,0 +1,5 @@
+import { api, resultOf } from "../../shared/api/client";
+import { Resource } from "./resource";
+
+export const mapVersions = new Resource(() => resultOf(api.GET("/api/v1/maps")));
+export const mapDrafts = new Resource(() => resultOf(api.GET("/api/v1/maps/drafts")));
