@@ -10,6 +10,7 @@ import { AuditPage } from "./audit/audit_page";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
 import { address } from "./navigation";
+import { RidePage } from "./rides/ride_page";
 import { RidesPage } from "./rides/rides_page";
 import { FleetReplayPage } from "./runs/fleet/fleet_replay_page";
 import { FLEET, fleetReplayOf } from "./runs/fleet/replay_address";
@@ -93,7 +94,7 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   const { page, ids } = address.value;
   switch (page) {
     case "rides":
-      return <RidesPage />;
+      return ids[0] === undefined ? <RidesPage /> : <RidePage key={ids[0]} ride_id={ids[0]} />;
     case "service":
       return <ServicePage />;
     case "incidents":
