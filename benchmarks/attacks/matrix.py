@@ -45,6 +45,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         frozenset(ROLES),
         "read",
     ),
+    ("incident_history read_shift_log", frozenset(ROLES), ""),
     (
         """cancel_ride_by_operator change_destination_by_operator cancel_series_by_operator close_road
         lift_closure preview_closure announce_in_vehicle reassign_rides book_for_caller""",
@@ -68,7 +69,11 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         "drive",
     ),
     ("preview_intervention preview_ride_delays", frozenset({"dispatcher", "safety"}), "drive"),
-    ("acknowledge_incident close_incident", frozenset({"dispatcher", "safety"}), ""),
+    (
+        "acknowledge_incident close_incident note_on_incident write_shift_log",
+        frozenset({"dispatcher", "safety"}),
+        "",
+    ),
     ("evacuate_vehicle place_vehicle", frozenset({"safety"}), ""),
     (
         """erase_ride erase_series list_operators create_operator change_operator reset_operator_password

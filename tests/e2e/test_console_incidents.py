@@ -127,3 +127,24 @@ def test_the_palette_opens_pages_shuttles_and_rides_by_keyboard(
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
     server.change("POST", f"/rides/{ride['token']}/cancel", {})
+
+
+def test_notes_on_an_incident_and_the_shift_log_stay(
+    open_page: OpenPage, server: ServerProcess, screenshots: Path | None
+) -> None:
+    close_all(server)
+    call_help(server)
+    page = console(open_page, server, "incidents")
+    card = page.locator("article").first
+    card.get_by_text("Notes and history").click()
+    card.get_by_label("Add a note").fill("A technician is on the way.")
+    page.keyboard.press("Enter")
+    expect(card.locator(".history")).to_contain_text("A technician is on the way.")
+    expect(card.locator(".history li").first).to_contain_text("Opened")
+    page.get_by_label("Add an entry for the next shift").fill("Shuttle 1 charges until nine.")
+    page.keyboard.press("Enter")
+    expect(page.locator(".shift-log .history")).to_contain_text("Shuttle 1 charges until nine.")
+    look(page, "console-incident-notes", screenshots)
+    page.reload()
+    expect(page.locator(".shift-log .history")).to_contain_text("Shuttle 1 charges until nine.")
+    close_all(server)

@@ -8,6 +8,7 @@ import { texts } from "../texts/texts";
 import type { Grouping } from "./incident_groups";
 import { groupIncidents } from "./incident_groups";
 import { IncidentList } from "./incident_list";
+import { ShiftLog } from "./shift_log";
 import { is_sound_on, playIncidentSound } from "./incident_sound";
 
 const GROUPINGS: readonly Grouping[] = ["none", "kind", "vehicle"];
@@ -84,6 +85,7 @@ export function IncidentsPage() {
           </section>
         ))
       )}
+      <ShiftLog />
       {is_announcing.value && <AnnounceManyDialog onClose={() => (is_announcing.value = false)} />}
     </section>
   );
