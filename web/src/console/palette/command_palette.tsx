@@ -14,7 +14,7 @@ import { matchingEntries, rideCodeIn } from "./palette_entries";
 const SHOWN_MAX = 8;
 
 /**
- * Ctrl+K (Cmd+K) opens a list of everything that the console can show; Alt+Shift+1 to 7 open its pages. Every
+ * Ctrl+K (Cmd+K) opens a list of everything that the console can show; Alt+Shift and a digit open its pages. Every
  * shortcut has a modifier key: a letter alone would act while somebody dictates (WCAG 2.1.4).
  */
 export function CommandPalette() {
