@@ -38,16 +38,17 @@ confirm_second_factor check_second_factor"""
 # operation ids: roles of operators, scope of tokens
 GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
-        """list_rides get_ride_record explain_ride list_series get_service list_closures get_travel_times
-        list_vehicles get_vehicle get_vehicle_shifts list_incidents get_segment list_runs get_run
-        get_run_scenes get_run_map get_fleet_past get_fleet_positions
-        get_service_figures get_driving_figures get_metrics list_webhooks""",
+        """list_rides get_ride_record explain_ride ride_history list_series get_service list_closures
+        get_travel_times list_vehicles get_vehicle get_vehicle_shifts list_incidents get_segment list_runs
+        get_run get_run_scenes get_run_map get_fleet_past get_fleet_positions get_service_figures
+        get_driving_figures get_metrics list_webhooks""",
         frozenset(ROLES),
         "read",
     ),
+    ("incident_history read_shift_log", frozenset(ROLES), ""),
     (
         """cancel_ride_by_operator change_destination_by_operator cancel_series_by_operator close_road
-        lift_closure preview_closure announce_in_vehicle reassign_rides""",
+        lift_closure preview_closure announce_in_vehicle reassign_rides book_for_caller""",
         frozenset({"dispatcher"}),
         "drive",
     ),
@@ -67,8 +68,12 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         frozenset({"admin"}),
         "drive",
     ),
-    ("preview_intervention", frozenset({"dispatcher", "safety"}), "drive"),
-    ("acknowledge_incident close_incident", frozenset({"dispatcher", "safety"}), ""),
+    ("preview_intervention preview_ride_delays", frozenset({"dispatcher", "safety"}), "drive"),
+    (
+        "acknowledge_incident close_incident note_on_incident write_shift_log",
+        frozenset({"dispatcher", "safety"}),
+        "",
+    ),
     ("evacuate_vehicle place_vehicle", frozenset({"safety"}), ""),
     (
         """erase_ride erase_series list_operators create_operator change_operator reset_operator_password

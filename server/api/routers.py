@@ -28,6 +28,7 @@ from server.api.series import routes as series
 from server.api.service import routes as service
 from server.api.sessions import routes as sessions
 from server.api.sessions import second_factor
+from server.api.shift_log import routes as shift_log
 from server.api.shifts import routes as shifts
 from server.api.sockets import (
     developer,
@@ -77,6 +78,7 @@ def bare_app(**options: Any) -> FastAPI:
         vehicles.enrolments,
         interventions.router,
         incidents.router,
+        shift_log.router,
         segments.router,
         runs.router,
         replays.router,

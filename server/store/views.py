@@ -84,8 +84,17 @@ class SqlViews(Repository):
         before: datetime | None = None,
         ride_ids: Set[str] | None = None,
         after: MomentAndId | None = None,
+        since: datetime | None = None,
+        stop_id: str | None = None,
+        ride_code: str | None = None,
     ) -> tuple[Ride, ...]:
         statement = self._select(tables.rides)
+        if since is not None:
+            statement = statement.where(_ride.requested_at >= since)
+        if stop_id is not None:
+            statement = statement.where(or_(_ride.from_stop == stop_id, _ride.to_stop == stop_id))
+        if ride_code is not None:
+            statement = statement.where(_ride.ride_code == ride_code)
         if ride_ids is not None:
             statement = statement.where(_ride.ride_id.in_(sorted(ride_ids)))
         if states is not None:
@@ -162,6 +171,12 @@ class SqlViews(Repository):
     def server_events(self, limit: int = 200) -> tuple[ServerEvent, ...]:
         ordered = self._select(tables.server_events).order_by(tables.server_events.c.number.desc())
         return tuple(server_event_from_row(row) for row in self._many(ordered.limit(limit)))
+
+    def events_about(self, subject: str, limit: int = 200) -> tuple[ServerEvent, ...]:
+        event = tables.server_events.c
+        newest = self._select(tables.server_events, event.subject == subject).order_by(event.number.desc())
+        rows = self._many(newest.limit(limit))
+        return tuple(server_event_from_row(row) for row in reversed(rows))
 
     def history(
         self, vehicle_id: str, since: datetime, until: datetime, limit: int = 10_000

@@ -2,19 +2,28 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 
 from server.api.commands import IncidentCommand
 from server.api.formats import IncidentId
-from server.api.incidents.schemas import IncidentView
+from server.api.incidents.schemas import IncidentView, NoteRequest, NoteView, note_view
 from server.api.paging import LIMIT_MAX, Page, Position, microseconds_of, moment_of, paged
 from server.api.problems import problems
-from server.api.security.access import OPERATOR_REFUSALS, READER_REFUSALS, Reader
+from server.api.security.access import (
+    LOOKING_REFUSALS,
+    OPERATOR_REFUSALS,
+    READER_REFUSALS,
+    Actor,
+    Reader,
+    looking,
+)
+from server.api.security.permissions import READ_NOTES
 from server.api.services import InjectedServices
 from server.domain.errors import IncidentClosed, IncidentUnknown
 from server.domain.record.incidents import Incident
+from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.ports.views import IncidentPosition
-from server.usecases.record import incidents
+from server.usecases.record import incidents, notes
 
 router = APIRouter(prefix="/incidents", tags=["incidents"])
 
@@ -56,6 +65,37 @@ async def close_incident(incident_id: IncidentId, command: IncidentCommand) -> I
     return await command.transact(
         IncidentView, lambda uow: incident_view(incidents.close(uow, incident_id, command.by))
     )
+
+
+@router.get(
+    "/{incident_id}/history",
+    operation_id="incident_history",
+    responses=problems(IncidentUnknown, *LOOKING_REFUSALS),
+)
+async def incident_history(
+    incident_id: IncidentId, services: InjectedServices, _: Annotated[Actor, Depends(looking(READ_NOTES))]
+) -> list[NoteView]:
+    """What happened to it, with the operators' notes, oldest first."""
+    found = await services.transactions.read(lambda uow: notes.incident_history(uow, incident_id))
+    return [note_view(event) for event in found]
+
+
+@router.post(
+    "/{incident_id}/notes",
+    operation_id="note_on_incident",
+    status_code=201,
+    responses=problems(IncidentUnknown, *OPERATOR_REFUSALS),
+)
+async def note_on_incident(
+    incident_id: IncidentId, request: NoteRequest, command: IncidentCommand
+) -> NoteRequest:
+    """A note in the operator's name. It is erased with the rider of the incident's ride."""
+
+    def work(uow: UnitOfWork) -> NoteRequest:
+        notes.note_on_incident(uow, incident_id, request.text, command.by)
+        return request
+
+    return await command.transact(NoteRequest, work)
 
 
 def _position(incident: Incident) -> Position:

@@ -2,26 +2,48 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 
 from server.api.commands import AdminCommand, DispatchCommand
-from server.api.formats import NAME_PATTERN, Moment, RideId
+from server.api.formats import NAME_PATTERN, Moment, RideId, StopId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import problems
 from server.api.rides.schemas import (
+    CallerBooking,
     DecisionView,
     DestinationRequest,
+    RideDelayView,
+    RideEventView,
     RideRecord,
+    RideRequest,
+    alternative_view,
+    booking,
     decision_view,
     feedback_view,
+    ride_delay_view,
+    ride_event_view,
     ride_record,
 )
-from server.api.security.access import DRIVER_REFUSALS, OPERATOR_REFUSALS, READER_REFUSALS, Reader
+from server.api.security.access import (
+    DRIVER_REFUSALS,
+    OPERATOR_REFUSALS,
+    READER_REFUSALS,
+    Actor,
+    Reader,
+    changing,
+)
+from server.api.security.permissions import PREVIEW
 from server.api.services import InjectedServices
 from server.domain.errors import (
+    BookingTooFarAhead,
+    CampusUnknown,
     DestinationRefused,
+    DomainError,
     NoService,
+    PartyInvalid,
+    PartyTooLarge,
     RideEnded,
+    RideNotAssigned,
     RideNotEnded,
     RideUnknown,
     SameStop,
@@ -34,6 +56,7 @@ from server.domain.rides.rides import Ride, RideSource, RideState
 from server.usecases.planning.outlooks import outlook_of, outlooks_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import destinations, erasure, rides
+from server.usecases.rides.delays import delays_by
 from server.usecases.rides.tickets import secrets_of
 
 router = APIRouter(prefix="/rides", tags=["rides"])
@@ -47,6 +70,12 @@ async def list_rides(
     state: Annotated[list[RideState] | None, Query(description="Only these states.")] = None,
     vehicle_id: Annotated[str | None, Query(pattern=NAME_PATTERN)] = None,
     before: Annotated[Moment | None, Query(description="Requested before this moment.")] = None,
+    since: Annotated[Moment | None, Query(description="Requested at this moment or later.")] = None,
+    stop_id: Annotated[StopId | None, Query(description="From or to this stop.")] = None,
+    code: Annotated[
+        str | None,
+        Query(max_length=16, pattern=r"^[A-Za-z0-9 -]+$", description="Case and spaces do not matter."),
+    ] = None,
     limit: Annotated[int, Query(ge=1, le=LIMIT_MAX)] = 200,
 ) -> list[RideRecord]:
     """Newest request first."""
@@ -56,7 +85,14 @@ async def list_rides(
 
     def work(uow: UnitOfWork) -> list[RideRecord]:
         found = uow.views.rides(
-            states=state, vehicle_id=vehicle_id, limit=limit + 1, before=before, after=after
+            states=state,
+            vehicle_id=vehicle_id,
+            limit=limit + 1,
+            before=before,
+            after=after,
+            since=since,
+            stop_id=stop_id,
+            ride_code=None if code is None else "".join(code.split()).upper(),
         )
         told = uow.rides.feedback_of([ride.ride_id for ride in found if ride.has_ended])
         outlooks = outlooks_of(uow, found)
@@ -93,6 +129,67 @@ async def explain_ride(ride_id: RideId, services: InjectedServices, _: Reader) -
         return [decision_view(one) for one in uow.decisions.of_ride(ride.ride_id)]
 
     return await services.transactions.read(work)
+
+
+@router.get(
+    "/id/{ride_id}/history",
+    operation_id="ride_history",
+    responses=problems(RideUnknown, *READER_REFUSALS),
+)
+async def ride_history(ride_id: RideId, services: InjectedServices, reader: Reader) -> list[RideEventView]:
+    """What has happened to the ride, oldest first. What passengers wrote is for operators only."""
+
+    def work(uow: UnitOfWork) -> list[RideEventView]:
+        ride = rides.ride_of(uow, ride_id)
+        with_words = reader.kind == "operator"
+        return [ride_event_view(event, with_words) for event in uow.views.events_about(ride.ride_id)]
+
+    return await services.transactions.read(work)
+
+
+@router.post(
+    "/id/{ride_id}/delays",
+    operation_id="preview_ride_delays",
+    responses=problems(RideUnknown, RideNotAssigned, *DRIVER_REFUSALS),
+)
+async def preview_ride_delays(
+    ride_id: RideId, services: InjectedServices, _: Annotated[Actor, Depends(changing(PREVIEW))]
+) -> list[RideDelayView]:
+    """Which other rides of its shuttle come later because of this one, and by how much. Nothing changes: the
+    shuttle is planned without the ride, and that is taken back."""
+    return [ride_delay_view(one) for one in await delays_by(services.transactions, ride_id)]
+
+
+@router.post(
+    "/for-caller",
+    operation_id="book_for_caller",
+    status_code=201,
+    responses=problems(
+        StopUnknown,
+        CampusUnknown,
+        SameStop,
+        PartyInvalid,
+        StopUnreachable,
+        PartyTooLarge,
+        NoService,
+        BookingTooFarAhead,
+        *DRIVER_REFUSALS,
+    ),
+)
+async def book_for_caller(request: RideRequest, command: DispatchCommand) -> CallerBooking:
+    """Book for somebody who calls. Answered like a passenger's booking: tell the caller codes and times, or
+    an alternative."""
+
+    def work(uow: UnitOfWork) -> CallerBooking:
+        (answer,) = rides.book_all(uow, [booking(request, None, command.kind)])
+        if isinstance(answer, DomainError):
+            raise answer
+        return CallerBooking(
+            ride=_record(uow, answer.ride, command.kind, outlook=answer.outlook),
+            alternatives=[alternative_view(one) for one in answer.alternatives],
+        )
+
+    return await command.transact(CallerBooking, work)
 
 
 @router.post(

@@ -10,6 +10,7 @@ from pydantic.config import JsonDict
 from server.api.formats import FreeText, Moment, StopId
 from server.domain.planning.decisions import Alternative, Quote, RideDecision
 from server.domain.planning.outlooks import RideOutlook
+from server.domain.record.events import ServerEvent
 from server.domain.rides.feedback import Feedback
 from server.domain.rides.rides import (
     BookRide,
@@ -20,6 +21,7 @@ from server.domain.rides.rides import (
     Tap,
 )
 from server.domain.rides.ticket_keys import RideSecrets
+from server.usecases.rides.delays import RideDelay
 from server.usecases.rides.offers import RideOffer
 
 RIDE_EXAMPLE: JsonDict = {
@@ -258,6 +260,57 @@ class DecisionView(BaseModel):
     vehicles: int = Field(description="Shuttles that were considered.")
 
 
+class RideEventView(BaseModel):
+    """Something that has happened to a ride."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "happened_at": "2026-09-01T08:14:31Z",
+                "name": "ride.booked",
+                "by": "passenger",
+                "detail": "library to east-gate, party of 2",
+            }
+        }
+    )
+
+    happened_at: datetime
+    name: str
+    by: str = Field(description="A vehicle, an operator, `passenger`, `developer`, or empty for the server.")
+    detail: str
+
+
+class RideDelayView(BaseModel):
+    """Another ride of the same shuttle, and how much later it is because of this one."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {"ride_id": "ride-77aa", "ride_code": "M4PX9T", "pickup_s": 0.0, "arrival_s": 95.0}
+        }
+    )
+
+    ride_id: str
+    ride_code: str
+    pickup_s: float
+    arrival_s: float
+
+
+class CallerBooking(BaseModel):
+    """The answer to a booking by telephone."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "example": {
+                "ride": RIDE_EXAMPLE | {"source": "operator", "boarding_code": "4821", "series_id": None},
+                "alternatives": [],
+            }
+        }
+    )
+
+    ride: RideRecord
+    alternatives: list[AlternativeView] = Field(description="For a refused ride, the nearest first.")
+
+
 class TapView(BaseModel):
     """A tap on its way to the shuttle, which accepts it only while it stands with doors open."""
 
@@ -349,6 +402,21 @@ def _quote(quote: Quote | None) -> QuoteView | None:
         extra_cost_s=quote.extra_cost_s,
         pickup_at=quote.pickup_at,
         arrival_at=quote.arrival_at,
+    )
+
+
+def ride_event_view(event: ServerEvent, with_words: bool) -> RideEventView:
+    is_passengers = event.name in ("ride.help_called", "ride.feedback")
+    detail = "" if is_passengers and not with_words else event.detail
+    return RideEventView(happened_at=event.happened_at, name=event.name, by=event.by, detail=detail)
+
+
+def ride_delay_view(delay: RideDelay) -> RideDelayView:
+    return RideDelayView(
+        ride_id=delay.ride_id,
+        ride_code=delay.ride_code,
+        pickup_s=round(delay.pickup_s, 1),
+        arrival_s=round(delay.arrival_s, 1),
     )
 
 

@@ -23,6 +23,8 @@ LOOK = Permission(("viewer",), "read")
 DISPATCH = Permission(("dispatcher",), "drive")
 PREVIEW = Permission(("dispatcher", "safety"), "drive")
 RUN_SERVICE = Permission(("dispatcher",))
+# What operators write about people is theirs alone.
+READ_NOTES = Permission(("viewer",))
 HANDLE_INCIDENTS = Permission(("dispatcher", "safety"))
 # Stopping never asks for a second factor; setting in motion does.
 STOP = Permission(("safety",), "drive")

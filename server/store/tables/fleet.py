@@ -102,4 +102,5 @@ server_events = Table(
     string("subject", 200),
     string("made_by", 200),
     text("detail"),
+    Index(None, "campus_id", "subject"),
 )

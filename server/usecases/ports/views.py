@@ -95,8 +95,11 @@ class Views(Protocol):
         before: datetime | None = None,
         ride_ids: Set[str] | None = None,
         after: MomentAndId | None = None,
+        since: datetime | None = None,
+        stop_id: str | None = None,
+        ride_code: str | None = None,
     ) -> tuple[Ride, ...]:
-        """Newest request first; `before` leaves out later ones."""
+        """Newest request first. before, since: of the request; stop_id: at either end."""
         ...
 
     def pickups(self, since: datetime, until: datetime) -> tuple[tuple[str, datetime], ...]:
@@ -127,6 +130,10 @@ class Views(Protocol):
 
     def server_events(self, limit: int = 200) -> tuple[ServerEvent, ...]:
         """Newest first."""
+        ...
+
+    def events_about(self, subject: str, limit: int = 200) -> tuple[ServerEvent, ...]:
+        """Oldest first; of more than `limit`, the newest."""
         ...
 
     def history(

@@ -29,7 +29,7 @@ CHECKS = [
     response_schema_conformance,
 ]
 # A ride has a handful of decisions; scenes are asked on by their time.
-BOUNDED_LISTS = {"explain_ride", "get_run_scenes"}
+BOUNDED_LISTS = {"explain_ride", "ride_history", "incident_history", "read_shift_log", "get_run_scenes"}
 BOUNDED = settings(
     max_examples=3,
     deadline=None,

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import pytest
 
-from contract.wire.messages import DoorsChanged, EventReport
+from contract.wire.messages import DestinationRequested, DoorsChanged, EventReport, VehicleEvent
 from contract.wire.sequence import SequenceGap
 from server.domain.errors import SessionFenced, StoreUnavailable
 from server.fleet import event_intake
@@ -67,11 +67,11 @@ class Intake:
             await asyncio.sleep(0)
         return work(None)  # type: ignore[arg-type]
 
-    def store(self, *events: tuple[NotedLink, int]) -> None:
+    def store(self, *events: tuple[NotedLink, int], body: VehicleEvent = DoorsChanged(True, "visit")) -> None:
         async def until_told() -> None:
             task = asyncio.create_task(self.intake.run(self.cycles))
             for link, sequence in events:
-                report = EventReport(1, "boot-1", sequence, 5, DoorsChanged(True, "visit"))
+                report = EventReport(1, "boot-1", sequence, 5, body)
                 self.intake.take(link, report, 7)  # type: ignore[arg-type]
             for _ in range(50):
                 await asyncio.sleep(0)
@@ -176,3 +176,34 @@ def test_while_the_database_is_away_nothing_is_acknowledged(monkeypatch: pytest.
     assert (a.told, b.told) == ([("server_fault", 1)], [("server_fault", 1)])
     assert intake.transactions == 1
     assert intake.noted == []
+
+
+def test_another_destination_is_decided_after_its_event_is_stored_and_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    answered: list[tuple[str, DestinationRequested]] = []
+    link, wish = NotedLink("a"), DestinationRequested("ride-1", "library")
+
+    async def answer(_: object, vehicle_id: str, request: DestinationRequested) -> None:
+        assert link.told, "the event is acknowledged first"
+        answered.append((vehicle_id, request))
+
+    monkeypatch.setattr(event_intake, "answer_destination_request", answer)
+    Intake(monkeypatch, stored).store((link, 0), body=wish)
+    assert answered == [("a", wish)]
+    repeated = Intake(monkeypatch, lambda events: tuple(EventResult(False, 1) for _ in events))
+    repeated.store((link, 0), body=wish)
+    assert len(answered) == 1
+
+
+def test_a_destination_that_cannot_be_stored_is_noted_and_events_go_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def fail(*_: object) -> None:
+        raise StoreUnavailable("the disk is full")
+
+    monkeypatch.setattr(event_intake, "answer_destination_request", fail)
+    link, intake = NotedLink("a"), Intake(monkeypatch, stored)
+    intake.store((link, 0), (link, 1), body=DestinationRequested("ride-1", "library"))
+    assert [type(error) for error in intake.cycles.failed] == [StoreUnavailable] * 2
+    assert link.told == [({"boot-1": 2}, 2)]

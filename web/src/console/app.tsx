@@ -7,11 +7,14 @@ import { PasswordChange } from "./account/password_change";
 import { SecondFactorDialog } from "./account/second_factor_dialog";
 import { fragmentOf } from "./address";
 import { AuditPage } from "./audit/audit_page";
+import { noteUnacknowledged } from "./incidents/incident_sound";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
 import { EditorPage } from "./map_editor/editor_page";
 import { MapsPage } from "./map_editor/maps_page";
 import { address } from "./navigation";
+import { CommandPalette } from "./palette/command_palette";
+import { RidePage } from "./rides/ride_page";
 import { RidesPage } from "./rides/rides_page";
 import { FleetReplayPage } from "./runs/fleet/fleet_replay_page";
 import { FLEET, fleetReplayOf } from "./runs/fleet/replay_address";
@@ -28,7 +31,8 @@ import { TopBar } from "./top_bar";
 
 export function App() {
   useSignalEffect(() => {
-    document.title = texts.value.title;
+    const waiting = link.value?.scene.value?.incidents.unacknowledged ?? 0;
+    document.title = waiting === 0 ? texts.value.title : texts.value.title_with_incidents(waiting);
   });
   if (session.value === null) return <SignIn />;
   if (session.value === undefined) return <SessionCheck />;
@@ -55,6 +59,10 @@ function Console() {
     if (serial !== undefined) refreshIncidents(serial);
   });
   useSignalEffect(() => {
+    const waiting = link.value?.scene.value?.incidents.unacknowledged;
+    if (waiting !== undefined) noteUnacknowledged(waiting);
+  });
+  useSignalEffect(() => {
     const scene_rides = link.value?.scene.value?.rides;
     if (scene_rides !== undefined) refreshRides(scene_rides);
   });
@@ -68,6 +76,7 @@ function Console() {
       <TopBar />
       <HelpBanner />
       <SecondFactorDialog />
+      <CommandPalette />
       <main>
         {campus.value === null ? <CampusLoading /> : <CurrentPage campus={campus.value} />}
       </main>
@@ -96,7 +105,7 @@ function CurrentPage({ campus: shown }: { readonly campus: Campus }) {
   const [first_id] = ids;
   switch (page) {
     case "rides":
-      return <RidesPage />;
+      return ids[0] === undefined ? <RidesPage /> : <RidePage key={ids[0]} ride_id={ids[0]} />;
     case "service":
       return <ServicePage />;
     case "maps":

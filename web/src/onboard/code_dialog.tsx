@@ -1,4 +1,4 @@
-import { useEffect, useState } from "preact/hooks";
+import { useLayoutEffect, useState } from "preact/hooks";
 import { Dialog } from "../shared/ui/dialog";
 import { texts } from "./texts/texts";
 
@@ -18,7 +18,8 @@ export function CodeDialog({ title, lead, onCode, onClose }: CodeDialogProps) {
   const [code, setCode] = useState("");
   const add = (digit: string) => setCode((before) => (before + digit).slice(0, DIGITS_MAX));
   const drop = () => setCode((before) => before.slice(0, -1));
-  useEffect(() => {
+  // Before the next key can come.
+  useLayoutEffect(() => {
     const keyPressed = ({ key }: KeyboardEvent) => {
       if (/^\d$/.test(key)) add(key);
       else if (key === "Backspace") drop();

@@ -9,6 +9,7 @@ import { incidents } from "../store/incidents";
 import { rideCode, vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatTimeOrDateTime } from "../texts/times";
+import { IncidentNotes } from "./incident_notes";
 import { incidentText } from "./incident_text";
 
 type Incident = Schemas["IncidentView"];
@@ -92,6 +93,7 @@ function IncidentCard({ incident, heading: Heading }: IncidentCardProps) {
         {incident.acknowledged_by !== "" && <span>{t.seen_by(incident.acknowledged_by)}</span>}
         {!is_open && <span>{t.closed_by(incident.closed_by)}</span>}
       </p>
+      <IncidentNotes incident_id={incident.incident_id} />
       {is_open && may("dispatcher", "safety") && (
         <div class="buttons">
           {is_new && (

@@ -1,5 +1,6 @@
 import type { Schemas } from "../../shared/api/client";
 import { hasEnded } from "../../shared/scene/scene";
+import { fragmentOf } from "../address";
 import { goTo } from "../navigation";
 import { stopName } from "../texts/stop_names";
 import { vehicleName } from "../texts/names";
@@ -45,7 +46,9 @@ function RideRow({ ride }: { readonly ride: Ride }) {
   return (
     <tr data-ride={ride.ride_code} data-ride-id={ride.ride_id}>
       <th scope="row" class="mono">
-        {ride.ride_code === "" ? t.rider_erased : ride.ride_code}
+        <a href={fragmentOf("rides", ride.ride_id)}>
+          {ride.ride_code === "" ? t.rider_erased : ride.ride_code}
+        </a>
       </th>
       <td data-label={t.state}>
         <span class={`chip ${toneOf(ride)}`}>{t.states[ride.state]}</span>
