@@ -27,7 +27,7 @@ export function EffectList({ effects, vehicles }: EffectListProps) {
           <span>
             {effect.ride_code}
             <small>
-              {stopName(effect.ride_from)} – {stopName(effect.ride_to)}
+              {stopName(effect.from_stop)} – {stopName(effect.to_stop)}
             </small>
           </span>
           <span>
@@ -68,8 +68,8 @@ function rideEffectTexts(
   const effect_texts: string[] = [];
   if (effect.vehicle_after !== effect.vehicle_before)
     effect_texts.push(t.moves_to(name(effect.vehicle_after)));
-  if (effect.ride_to_after !== effect.ride_to)
-    effect_texts.push(t.gets_off_at(stopName(effect.ride_to_after)));
+  if (effect.to_stop_after !== effect.to_stop)
+    effect_texts.push(t.gets_off_at(stopName(effect.to_stop_after)));
   if (effect.waits) effect_texts.push(t.waits_until_resumed);
   if (effect.pickup_later_s !== null)
     effect_texts.push(t.pickup_shift(delayMinutes(effect.pickup_later_s)));
