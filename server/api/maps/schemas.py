@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
-from contract.geometry import arc_lengths, pose_at
+from contract.geometry import arc_lengths, curvatures, pose_at
 from contract.roads.model import RoadMap
 from contract.roads.validate import Problem, problems
 from server.api.formats import FreeText
@@ -221,13 +221,14 @@ def _problem(road_map: RoadMap, problem: Problem, workshop: MapWorkshop) -> MapP
         defect=problem.code,
         where=problem.where,
         detail=problem.detail,
-        place=_place(road_map, problem.where),
+        place=_place(road_map, problem),
         can_be_mended=workshop.mends(problem.code),
     )
 
 
-def _place(road_map: RoadMap, where: str) -> tuple[float, float] | None:
-    """Where the element of this id is drawn; the middle of a lane."""
+def _place(road_map: RoadMap, problem: Problem) -> tuple[float, float] | None:
+    """Where to look: a lane's sharpest bend, its end where it does not meet the next one, else its middle."""
+    where = problem.where
     lanes = {lane.lane_id: lane for lane in road_map.lanes}
     on_lane = {stop.stop_id: (stop.lane_id, stop.s_m) for stop in road_map.stops}
     on_lane |= {place.place_id: (place.lane_id, place.s_m) for place in road_map.resting_places}
@@ -236,7 +237,11 @@ def _place(road_map: RoadMap, where: str) -> tuple[float, float] | None:
     corners = {area.area_id: area.outline for area in road_map.observation_areas}
     corners |= {kerb.kerb_id: kerb.points for kerb in road_map.kerbs}
     if where in lanes and lanes[where].points:
-        return lanes[where].points[len(lanes[where].points) // 2]
+        points = lanes[where].points
+        if problem.code == "too_sharp":
+            bends = np.abs(curvatures(np.array(points, dtype=np.float64)))
+            return points[int(np.argmax(bends))]
+        return points[-1] if problem.code in ("gap", "kink") else points[len(points) // 2]
     if where in on_lane and on_lane[where][0] in lanes:
         lane_id, s_m = on_lane[where]
         line = np.array(lanes[lane_id].points, dtype=np.float64)

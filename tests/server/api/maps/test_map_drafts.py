@@ -112,6 +112,24 @@ def test_problems_have_a_place_and_are_mended_by_one_call(
     assert (nothing.status_code, nothing.json()["code"]) == (409, "no_such_fix")
 
 
+def test_a_sharp_bend_is_shown_where_it_is_and_smoothed(
+    server: ServerUnderTest, operator: dict[str, str]
+) -> None:
+    made = draft(server, operator)
+    lanes = server.get(f"/maps/drafts/{made['draft_id']}").json()["elements"]["lanes"]
+    lane = next(one for one in lanes if len(one["points"]) > 60)
+    x_m, y_m = lane["points"][20]
+    lane["points"][20] = [x_m + 0.8, y_m + 0.8]
+    change(server, operator, made, put={"lanes": [lane]})
+    answer = server.get(f"/maps/drafts/{made['draft_id']}/problems").json()
+    bend = next(one for one in answer["problems"] if one["defect"] == "too_sharp")
+    assert bend["place"] == pytest.approx(lane["points"][20], abs=2.0)
+    headers = operator | {"If-Match": "2"}
+    wish = {"defect": "too_sharp", "where": lane["lane_id"]}
+    assert server.post(f"/maps/drafts/{made['draft_id']}/fixes", wish, headers=headers).status_code == 200
+    assert found(server, made) == []
+
+
 def test_a_trial_drive_takes_its_time(server: ServerUnderTest, operator: dict[str, str]) -> None:
     made = draft(server, operator)
     path = f"/maps/drafts/{made['draft_id']}/trial-drives"

@@ -61,7 +61,8 @@ export const en = {
   map_versions_lead: "Every map that was in force. Put an older one in force to roll back.",
   map_in_force: "In force",
   put_in_force: "Put in force",
-  put_in_force_text: "All shuttles must rest. Each gets rides again once it has this map.",
+  put_in_force_text:
+    "No shuttle may have a ride ahead. Each gets rides again once it has that map.",
   map_formats: { geojson: "GeoJSON", lanelet2: "Lanelet2", map: "Campusloop" },
   export_as: (format: string) => `Save as ${format}`,
   map_file: "Map file",
@@ -171,7 +172,7 @@ export const en = {
   trial_time: (time_s: number, length_m: number) =>
     `${Math.floor(time_s / 60)} min ${Math.round(time_s % 60)} s for ${length_m} m`,
   publish_map: "Publish",
-  publish_map_lead: "All shuttles must rest. Rides that are booked stay booked.",
+  publish_map_lead: "No shuttle may have a ride ahead. Each gets rides again once it has this map.",
   compare_and_publish: "Compare and publish",
   publish_map_text: "This changes the map in force. You can roll back on the page Maps.",
   no_differences: "The draft is equal to the map in force.",

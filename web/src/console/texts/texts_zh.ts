@@ -29,7 +29,7 @@ export const zh: ConsoleTexts = {
   map_versions_lead: "所有曾经生效的地图。让旧版本生效即为回退。",
   map_in_force: "生效中",
   put_in_force: "使其生效",
-  put_in_force_text: "所有车辆必须停在停放处。车辆取得该地图后才会重新接单。",
+  put_in_force_text: "车辆不得有待完成的行程。取得该地图后才会重新接单。",
   map_formats: { geojson: "GeoJSON 文件", lanelet2: "Lanelet2 文件", map: "Campusloop 文件" },
   export_as: (format: string) => `另存为 ${format}`,
   map_file: "地图文件",
@@ -137,7 +137,7 @@ export const zh: ConsoleTexts = {
   trial_time: (time_s: number, length_m: number) =>
     `${Math.floor(time_s / 60)} 分 ${Math.round(time_s % 60)} 秒，共 ${length_m} 米`,
   publish_map: "发布",
-  publish_map_lead: "所有车辆必须停在停放处。已预订的行程保留。",
+  publish_map_lead: "车辆不得有待完成的行程。取得此地图后才会重新接单。",
   compare_and_publish: "比较并发布",
   publish_map_text: "这会更换生效中的地图。可在“地图”页面回退。",
   no_differences: "草稿与生效中的地图相同。",
