@@ -162,7 +162,7 @@ def prepare(machine: Machine) -> None:
     """What the server does with its database before it serves: the map, and an operator who can sign in."""
 
     def work(uow: UnitOfWork) -> None:
-        campus.load_map(uow, encode_map(machine.road_map), "start-up", activate=True)
+        campus.load_map_at_start(uow, encode_map(machine.road_map))
         identity.set_password(uow, *OPERATOR)
 
     transactions = InlineTransactions(machine.database.engine, machine.context(), InProcessBus())

@@ -1,6 +1,7 @@
 """The campus map in force, and its stops."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 from contract.roads.load import MapError, decode_map
 from contract.roads.model import RoadMap
@@ -17,10 +18,7 @@ from server.usecases.record.server_events import record_event
 
 def load_map(uow: UnitOfWork, content: bytes, by: str, *, activate: bool = False) -> StoredMap:
     """Store a map by its version; a repeat gives the stored one. Raises MapInvalid, MapInUse."""
-    try:
-        road_map = decode_map(content)
-    except MapError as error:
-        raise MapInvalid(error.detail) from error
+    road_map = _decoded(content)
     stored = uow.maps.get(road_map.map_version)
     if stored is None:
         _require_sound(uow, road_map)
@@ -36,12 +34,18 @@ def load_map_at_start(uow: UnitOfWork, content: bytes) -> StoredMap:
     A file that was loaded before does not replace a map that was published since: a restart is no roll-back.
     Raises MapInvalid, MapInUse.
     """
-    try:
-        version = decode_map(content).map_version
-    except MapError as error:
-        raise MapInvalid(error.detail) from error
+    version = _decoded(content).map_version
     is_new = uow.maps.get(version) is None or uow.maps.active_version() is None
     return load_map(uow, content, "start-up", activate=is_new)
+
+
+@lru_cache(maxsize=1)
+def _decoded(content: bytes) -> RoadMap:
+    """A start asks for the same map several times, and a map never changes. Raises MapInvalid."""
+    try:
+        return decode_map(content)
+    except MapError as error:
+        raise MapInvalid(error.detail) from error
 
 
 def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
