@@ -9,7 +9,8 @@ from server.usecases.record import identity
 from tests.server.api.security.test_access import CHANGES, READING, ask
 from tests.server.api.server_under_test import ServerUnderTest
 
-# What stays with operators: session, secrets, who drives at all, calendars, incidents, emergencies, erasure.
+# What stays with operators: session, secrets, who drives at all, calendars, incidents and notes about them,
+# emergencies, erasure, and the map.
 OPERATORS_ONLY = {
     ("GET", "/session"),
     ("DELETE", "/session"),
@@ -44,6 +45,17 @@ OPERATORS_ONLY = {
     ("DELETE", "/service/exceptions/{day}"),
     ("POST", "/incidents/{incident_id}/acknowledge"),
     ("POST", "/incidents/{incident_id}/close"),
+    ("GET", "/incidents/{incident_id}/history"),
+    ("POST", "/incidents/{incident_id}/notes"),
+    ("GET", "/shift-log"),
+    ("POST", "/shift-log"),
+    ("POST", "/maps/drafts"),
+    ("POST", "/maps/drafts/files"),
+    ("PATCH", "/maps/drafts/{draft_id}"),
+    ("DELETE", "/maps/drafts/{draft_id}"),
+    ("POST", "/maps/drafts/{draft_id}/fixes"),
+    ("POST", "/maps/drafts/{draft_id}/publications"),
+    ("POST", "/maps/{map_version}/activations"),
 }
 BY_TOKEN = [one for one in CHANGES + READING if one not in OPERATORS_ONLY]
 
