@@ -33,6 +33,9 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
+    unknown = sorted(set(arguments.only) - {attack.name for attack in ATTACKS})
+    if unknown:
+        parser.error(f"no attack is called {', '.join(unknown)}")
     structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(50))
     rows, summary = asyncio.run(_run(arguments.only, arguments.fuzz, arguments.seed))
     report.write(
