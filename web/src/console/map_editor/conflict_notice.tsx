@@ -6,7 +6,7 @@ import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 import { changeBetween, elementsOf } from "./drawing";
 import type { EditorState } from "./editor_state";
-import { MapProblemAlert } from "./maps_page";
+import { MapProblemAlert } from "./map_problem_alert";
 
 /** Two people drew on one draft: both versions are kept, and this one's drawer chooses what becomes of it. */
 export function ConflictNotice({ state }: { readonly state: EditorState }) {

@@ -15,7 +15,7 @@ import { poseAt } from "./drawing";
 import { editorLayer } from "./editor_layer";
 import { EditorState } from "./editor_state";
 import { ElementForm } from "./element_form";
-import { MapProblemAlert } from "./maps_page";
+import { MapProblemAlert } from "./map_problem_alert";
 import { ProblemList } from "./problem_list";
 import { PublishPanel } from "./publish_panel";
 import { ToolBar } from "./tool_bar";

@@ -7,7 +7,7 @@ import { Alert } from "../../shared/ui/alerts";
 import { fragmentOf } from "../address";
 import { mapDrafts } from "../store/maps";
 import { texts } from "../texts/texts";
-import { MapProblemAlert } from "./maps_page";
+import { MapProblemAlert } from "./map_problem_alert";
 
 /** What the server takes; a larger file need not be sent to be refused. */
 const FILE_BYTES_MAX = 64 * 1024 * 1024;

@@ -12,6 +12,7 @@ import { mapDrafts, mapVersions } from "../store/maps";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
 import { ImportForm } from "./import_form";
+import { MapProblemAlert } from "./map_problem_alert";
 
 const FORMATS = ["geojson", "lanelet2", "map"] as const;
 
@@ -158,15 +159,5 @@ function VersionRow({ version }: { readonly version: Schemas["MapVersionView"] }
       )}
       {problem.value !== null && <MapProblemAlert problem={problem.value} />}
     </div>
-  );
-}
-
-/** The server names the shuttles and places concerned: its own words are shown too. */
-export function MapProblemAlert({ problem }: { readonly problem: Problem }) {
-  return (
-    <>
-      <ProblemAlert problem={problem} />
-      {problem.detail !== "" && <p class="hint map-problem-detail">{problem.detail}</p>}
-    </>
   );
 }

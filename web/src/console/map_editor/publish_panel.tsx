@@ -10,7 +10,7 @@ import { texts } from "../texts/texts";
 import type { Kind } from "./drawing";
 import { KINDS } from "./drawing";
 import type { EditorState } from "./editor_state";
-import { MapProblemAlert } from "./maps_page";
+import { MapProblemAlert } from "./map_problem_alert";
 
 const IDS_SHOWN = 12;
 

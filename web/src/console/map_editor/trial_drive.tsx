@@ -10,7 +10,7 @@ import { language } from "../../shared/texts/language";
 import { SelectField } from "../forms/select_field";
 import { texts } from "../texts/texts";
 import type { EditorState } from "./editor_state";
-import { MapProblemAlert } from "./maps_page";
+import { MapProblemAlert } from "./map_problem_alert";
 
 interface TrialDriveProps {
   readonly state: EditorState;
