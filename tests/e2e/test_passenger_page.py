@@ -131,9 +131,11 @@ def test_the_language_is_switched_and_remembered(open_page: OpenPage) -> None:
 
 
 def test_a_lost_connection_is_said_and_mended(open_page: OpenPage, shuttle: ScriptedShuttle) -> None:
-    page = open_page("/", **PHONE)
+    page = open_page("/", goes_offline=True, **PHONE)
     book(page, "Main Library", "Gymnasium")
     expect(page.locator("h1")).to_contain_text("Shuttle 1")
+    # Only what was open can be lost.
+    expect(page.get_by_text("Connecting to the live view")).to_have_count(0)
     page.context.set_offline(True)
     expect(page.locator("[data-stale]")).to_contain_text("Last update")
     page.context.set_offline(False)
