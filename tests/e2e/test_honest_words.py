@@ -66,7 +66,7 @@ def test_who_missed_the_shuttle_reads_that_and_no_code_of_it(
     shuttle.speed_mps = QUICK_MPS
     code = book(page, "Main Library", "Gymnasium")
     missed = page.get_by_role("heading", name="The shuttle left without you")
-    expect(missed).to_be_visible(timeout=90_000)
+    expect(missed).to_be_visible(timeout=150_000)
     expect(page.locator("[data-boarding-code]")).to_have_count(0)
     expect(page.locator("main")).not_to_contain_text("later than")
     console = open_page("/console")
