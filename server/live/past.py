@@ -49,8 +49,6 @@ INTERVENTIONS = (
     "vehicle.sent",
     "vehicle.placed",
 )
-# How often the hub stores where a vehicle is (`server.fleet.hub.FLUSH_EVERY_S`).
-STORED_EVERY_S = 0.5
 # The gate says by such a fault why it brakes.
 BRAKING = "gate_braking_"
 _MODE_MARKS: dict[DriveMode, MarkKind] = {"manual": "takeover", "minimal_risk": "minimal_risk_stop"}

@@ -11,6 +11,7 @@ from server.api.replays.routes import DAY_S_MAX, From, answer_of, moment_at
 from server.api.security.access import READER_REFUSALS, Reader
 from server.api.services import InjectedServices
 from server.domain.record.statistics import DrivingFigures, SpeedBin, service_figures
+from server.fleet.hub import FLUSH_EVERY_S
 from server.live import past
 from server.usecases.ports.unit_of_work import UnitOfWork
 
@@ -75,7 +76,7 @@ async def get_driving_figures(
             from_ms=from_ms,
             to_ms=from_ms + 1000 * seconds,
             speeds=[SpeedBin(one.from_kmh, one.positions) for one in speeds],
-            distance_m=past.STORED_EVERY_S * sum(one.speeds_mps for one in speeds),
+            distance_m=FLUSH_EVERY_S * sum(one.speeds_mps for one in speeds),
             brakings=sum(body.fault.code.startswith(past.BRAKING) for body in faults),
             takeovers=modes.count("manual"),
             minimal_risk_stops=modes.count("minimal_risk"),

@@ -6,7 +6,7 @@ import type { Campus } from "../../shared/campus/campus";
 import { Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { SelectField } from "../forms/select_field";
 import { TextField } from "../forms/text_field";
-import { dayAfter, dayOf, startOfDay_ms } from "../runs/fleet/campus_day";
+import { dayAfter, dayOf, daysLater, startOfDay_ms } from "../runs/fleet/campus_day";
 import { texts } from "../texts/texts";
 import { now_ms } from "../texts/times";
 import { DrivingCharts } from "./driving_charts";
@@ -33,7 +33,7 @@ export function StatisticsPage({ campus }: { readonly campus: Campus }) {
     driving.value = null;
     const end_ms = startOfDay_ms(dayAfter(date.value), timezone);
     const start_ms = startOfDay_ms(date.value, timezone);
-    const first_ms = startOfDay_ms(daysBefore(date.value, Number(days.value) - 1), timezone);
+    const first_ms = startOfDay_ms(daysLater(date.value, 1 - Number(days.value)), timezone);
     void loadService(first_ms, end_ms).then((result) => {
       if (is_current) service.value = result;
     });
@@ -80,10 +80,6 @@ function Loaded<T>({ result, children }: LoadedProps<T>) {
   if (result === null) return <Loading text={texts.value.loading} />;
   if (!result.ok) return <ProblemAlert problem={result.problem satisfies Problem} />;
   return children(result.value);
-}
-
-function daysBefore(date: string, count: number): string {
-  return new Date(Date.parse(`${date}T00:00:00Z`) - count * 86_400_000).toISOString().slice(0, 10);
 }
 
 function loadService(from_ms: number, to_ms: number): Promise<Result<ServiceFigures>> {

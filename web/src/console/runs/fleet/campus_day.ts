@@ -10,7 +10,12 @@ export function startOfDay_ms(date: string, timezone: string): number {
 
 /** The day after, "2026-10-26". */
 export function dayAfter(date: string): string {
-  return new Date(Date.parse(`${date}T00:00:00Z`) + 86_400_000).toISOString().slice(0, 10);
+  return daysLater(date, 1);
+}
+
+/** The day so many days later, or earlier for a negative number. */
+export function daysLater(date: string, count: number): string {
+  return new Date(Date.parse(`${date}T00:00:00Z`) + count * 86_400_000).toISOString().slice(0, 10);
 }
 
 /** The day of a moment, "2026-10-25". */

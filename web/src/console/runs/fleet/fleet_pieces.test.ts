@@ -91,3 +91,25 @@ test("a piece that reaches into the present is loaded again some seconds later",
   expect(asked).toBe(2);
   vi.useRealTimers();
 });
+
+test("what failed is loaded again while time stands, until the replay is closed", async () => {
+  vi.useFakeTimers({ toFake: ["performance", "setTimeout", "clearTimeout"] });
+  let asked = 0;
+  const pieces = new FleetPieces(
+    () => LATER_MS,
+    (from_ms, seconds) => {
+      asked += 1;
+      const answer: Result<Positions> =
+        asked === 1
+          ? { ok: false, problem: { status: 503, code: "away", detail: "" } }
+          : positions(from_ms, from_ms + 1000 * seconds);
+      return Promise.resolve(answer);
+    },
+  );
+  await pieces.load(0, FINE);
+  await vi.advanceTimersByTimeAsync(2_500);
+  expect(pieces.at(0, FINE)).not.toBeNull();
+  expect(pieces.problem.value).toBeNull();
+  pieces.close();
+  vi.useRealTimers();
+});

@@ -38,6 +38,7 @@ export class FleetPieces {
   private readonly kept = new Map<string, readonly Track[]>();
   private readonly awaited = new Set<string>();
   private retry_at_ms = 0;
+  private retry: ReturnType<typeof setTimeout> | undefined;
 
   /** When a piece that was not over yet is loaded again, in this screen's own time. */
   private readonly outdated_ms = new Map<string, number>();
@@ -47,6 +48,10 @@ export class FleetPieces {
     private readonly now_ms: () => number,
     private readonly fetch: Fetch = fetchPositions,
   ) {}
+
+  close(): void {
+    clearTimeout(this.retry);
+  }
 
   /** The tracks of the piece in which the moment lies; null while it is not there. */
   at(moment_ms: number, level: Level): readonly Track[] | null {
@@ -65,6 +70,8 @@ export class FleetPieces {
     this.awaited.delete(name);
     if (tracks === null) {
       this.retry_at_ms = performance.now() + RETRY_MS;
+      // While time stands nothing else would ask again.
+      this.retry = setTimeout(() => void this.load(moment_ms, level), RETRY_MS + 1);
       return;
     }
     this.keep(name, tracks);

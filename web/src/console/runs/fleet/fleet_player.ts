@@ -59,6 +59,7 @@ export class FleetPlayer {
   close(): void {
     this.stop();
     this.clock.close();
+    this.pieces.close();
   }
 
   private async loadPast(): Promise<void> {
