@@ -87,3 +87,18 @@ def test_a_link_to_a_moment_of_a_run_and_its_events(
     other = open_page(f"/console{link}")
     sign_in(other)
     expect(other.locator(".led")).to_contain_text("second 12")
+
+
+@pytest.mark.usefixtures("shuttle")
+def test_a_past_that_did_not_come_is_asked_for_again(open_page: OpenPage) -> None:
+    page = open_page("/console", allowed=(503,))
+    sign_in(page)
+    page.route("**/api/v1/replays/fleet*", lambda route: route.fulfill(status=503, json={}))
+    page.get_by_role("link", name="Runs").click()
+    page.get_by_role("button", name="Replay the fleet").click()
+    retry = page.get_by_role("button", name="Try again")
+    expect(retry).to_be_visible()
+    page.unroute("**/api/v1/replays/fleet*")
+    retry.click()
+    expect(page.get_by_role("region", name="Vehicles")).to_contain_text("Shuttle 1")
+    expect(retry).to_have_count(0)

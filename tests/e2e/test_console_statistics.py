@@ -39,3 +39,18 @@ def test_a_day_long_ago_says_that_nothing_was_wanted_or_driven(statistics: Page)
     statistics.get_by_label("Last day").fill("2024-02-29")
     expect(statistics.get_by_text("No rides were wanted in this time.")).to_be_visible()
     expect(statistics.get_by_text("No shuttle drove on this day.")).to_be_visible()
+
+
+def test_figures_that_did_not_come_are_asked_for_again(open_page: OpenPage) -> None:
+    page = open_page("/console", allowed=(503,))
+    sign_in(page)
+    page.route("**/api/v1/statistics/**", lambda route: route.fulfill(status=503, json={}))
+    page.get_by_role("link", name="Statistics").click()
+    page.get_by_label("Last day").fill("2024-02-29")
+    retry = page.get_by_role("button", name="Try again")
+    expect(retry.first).to_be_visible()
+    page.unroute("**/api/v1/statistics/**")
+    retry.first.click()
+    expect(page.get_by_text("No rides were wanted in this time.")).to_be_visible()
+    expect(page.get_by_label("Last day")).to_have_value("2024-02-29")
+    expect(retry).to_have_count(0)

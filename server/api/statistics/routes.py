@@ -63,7 +63,7 @@ async def get_driving_figures(
     from_ms: From,
     seconds: Annotated[int, Query(ge=1, le=DAY_S_MAX)] = 86_400,
 ) -> Response:
-    """Of every stored position of the fleet, so of a day at most."""
+    """Of every stored position of the fleet, so of a day at most; of its events at most 50,000."""
     since, until = moment_at(from_ms), moment_at(from_ms + 1000 * seconds)
 
     def read(uow: UnitOfWork) -> bytes:
@@ -80,6 +80,7 @@ async def get_driving_figures(
             brakings=sum(body.fault.code.startswith(past.BRAKING) for body in faults),
             takeovers=modes.count("manual"),
             minimal_risk_stops=modes.count("minimal_risk"),
+            is_cut=len(events) == EVENTS_MAX,
         )
         return msgspec.json.encode(figures)
 

@@ -75,6 +75,7 @@ class DrivingFigures(msgspec.Struct, frozen=True):
     """Of stored positions, two a second for each vehicle that reports.
 
     distance_m  the speeds of the positions times the half second between them: about what was driven
+    is_cut      there were more events than were looked at: brakings, takeovers and stops are at least so many
     """
 
     from_ms: int
@@ -84,6 +85,7 @@ class DrivingFigures(msgspec.Struct, frozen=True):
     brakings: int
     takeovers: int
     minimal_risk_stops: int
+    is_cut: bool
 
 
 def service_figures(

@@ -1,12 +1,13 @@
 import { useSignalEffect } from "@preact/signals";
 import type { Campus } from "../shared/campus/campus";
 import { campus, campusProblem, loadCampus } from "../shared/campus/campus";
-import { Loading, ProblemAlert } from "../shared/ui/alerts";
+import { Loading } from "../shared/ui/alerts";
 import { AccessPage } from "./access/access_page";
 import { PasswordChange } from "./account/password_change";
 import { SecondFactorDialog } from "./account/second_factor_dialog";
 import { fragmentOf } from "./address";
 import { AuditPage } from "./audit/audit_page";
+import { FailedLoad } from "./failed_load";
 import { noteUnacknowledged } from "./incidents/incident_sound";
 import { IncidentsPage } from "./incidents/incidents_page";
 import { LivePage } from "./live/live_page";
@@ -45,10 +46,7 @@ function SessionCheck() {
   if (problem === null) return <Loading text={texts.value.checking_session} />;
   return (
     <main class="sign-in">
-      <ProblemAlert problem={problem} />
-      <button type="button" class="button main" onClick={() => void restoreSession()}>
-        {texts.value.try_again}
-      </button>
+      <FailedLoad problem={problem} onRetry={() => void restoreSession()} />
     </main>
   );
 }
@@ -176,10 +174,7 @@ function CampusLoading() {
   if (problem === null) return <Loading text={texts.value.loading} />;
   return (
     <div class="sheet narrow">
-      <ProblemAlert problem={problem} />
-      <button type="button" class="button main" onClick={() => void loadCampus()}>
-        {texts.value.try_again}
-      </button>
+      <FailedLoad problem={problem} onRetry={() => void loadCampus()} />
     </div>
   );
 }

@@ -17,6 +17,7 @@ export function DrivingCharts({ figures }: { readonly figures: DrivingFigures })
   return (
     <section class="block" aria-label={t.driving}>
       <h2>{t.driving}</h2>
+      {figures.is_cut && <Alert tone="warning">{t.events_cut}</Alert>}
       {all === 0 && <Alert>{t.nothing_driven}</Alert>}
       {all > 0 && (
         <>

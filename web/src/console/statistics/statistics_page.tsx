@@ -1,9 +1,10 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { api, resultOf, type Schemas } from "../../shared/api/client";
-import type { Problem, Result } from "../../shared/api/problem";
+import type { Result } from "../../shared/api/problem";
 import type { Campus } from "../../shared/campus/campus";
-import { Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { Loading } from "../../shared/ui/alerts";
+import { FailedLoad } from "../failed_load";
 import { SelectField } from "../forms/select_field";
 import { TextField } from "../forms/text_field";
 import { dayAfter, dayOf, daysLater, startOfDay_ms } from "../runs/fleet/campus_day";
@@ -27,6 +28,10 @@ export function StatisticsPage({ campus }: { readonly campus: Campus }) {
   const days = useSignal("7");
   const service = useSignal<Result<ServiceFigures> | null>(null);
   const driving = useSignal<Result<DrivingFigures> | null>(null);
+  const attempt = useSignal(0);
+  const retry = () => {
+    attempt.value += 1;
+  };
   useEffect(() => {
     let is_current = true;
     service.value = null;
@@ -43,7 +48,7 @@ export function StatisticsPage({ campus }: { readonly campus: Campus }) {
     return () => {
       is_current = false;
     };
-  }, [date.value, days.value, timezone]);
+  }, [date.value, days.value, timezone, attempt.value]);
   return (
     <section class="sheet">
       <header class="sheet-head">
@@ -64,21 +69,26 @@ export function StatisticsPage({ campus }: { readonly campus: Campus }) {
           }}
         />
       </div>
-      <Loaded result={service.value}>{(figures) => <ServiceCharts figures={figures} />}</Loaded>
+      <Loaded result={service.value} onRetry={retry}>
+        {(figures) => <ServiceCharts figures={figures} />}
+      </Loaded>
       <p class="hint">{t.driving_is_of_a_day}</p>
-      <Loaded result={driving.value}>{(figures) => <DrivingCharts figures={figures} />}</Loaded>
+      <Loaded result={driving.value} onRetry={retry}>
+        {(figures) => <DrivingCharts figures={figures} />}
+      </Loaded>
     </section>
   );
 }
 
 interface LoadedProps<T> {
   readonly result: Result<T> | null;
+  readonly onRetry: () => void;
   readonly children: (value: T) => preact.JSX.Element;
 }
 
-function Loaded<T>({ result, children }: LoadedProps<T>) {
+function Loaded<T>({ result, onRetry, children }: LoadedProps<T>) {
   if (result === null) return <Loading text={texts.value.loading} />;
-  if (!result.ok) return <ProblemAlert problem={result.problem satisfies Problem} />;
+  if (!result.ok) return <FailedLoad problem={result.problem} onRetry={onRetry} />;
   return children(result.value);
 }
 

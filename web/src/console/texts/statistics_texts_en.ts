@@ -8,6 +8,8 @@ export const statisticsEn = {
   driving: "Driving",
   driving_is_of_a_day: "Driving is shown for the last day alone.",
   figures_cut: "There were more rides than are counted here. Choose fewer days.",
+  events_cut:
+    "There were more events than are counted here. Takeovers, stops and brakings are at least so many.",
   no_rides_wanted: "No rides were wanted in this time.",
   nothing_driven: "No shuttle drove on this day.",
   rides_and_passengers: (rides: number, passengers: number) =>

@@ -9,6 +9,7 @@ export const statisticsZh: typeof statisticsEn = {
   driving: "行驶",
   driving_is_of_a_day: "行驶数据仅显示最后一天。",
   figures_cut: "行程数量超出统计范围，请选择较少的天数。",
+  events_cut: "事件数量超出统计范围，接管、停车和制动次数至少为所示数值。",
   no_rides_wanted: "这段时间没有行程需求。",
   nothing_driven: "当天没有车辆行驶。",
   rides_and_passengers: (rides, passengers) =>

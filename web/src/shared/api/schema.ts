@@ -1878,7 +1878,7 @@ export interface paths {
         };
         /**
          * Get Driving Figures
-         * @description Of every stored position of the fleet, so of a day at most.
+         * @description Of every stored position of the fleet, so of a day at most; of its events at most 50,000.
          */
         get: operations["get_driving_figures"];
         put?: never;
@@ -3008,6 +3008,7 @@ export interface components {
          * @description Of stored positions, two a second for each vehicle that reports.
          *
          *         distance_m  the speeds of the positions times the half second between them: about what was driven
+         *         is_cut      there were more events than were looked at: brakings, takeovers and stops are at least so many
          */
         DrivingFigures: {
             from_ms: number;
@@ -3017,6 +3018,7 @@ export interface components {
             brakings: number;
             takeovers: number;
             minimal_risk_stops: number;
+            is_cut: boolean;
         };
         /**
          * DrivingView

@@ -62,7 +62,9 @@ export class FleetPlayer {
     this.pieces.close();
   }
 
-  private async loadPast(): Promise<void> {
+  /** Ask for what happened in this time, again after a failure. */
+  async loadPast(): Promise<void> {
+    this.past_problem.value = null;
     const query = { from_ms: this.start_ms, seconds: (this.end_ms - this.start_ms) / 1000 };
     const result = (await resultOf(
       api.GET("/api/v1/replays/fleet", { params: { query } }),

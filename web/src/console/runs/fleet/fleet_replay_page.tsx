@@ -6,6 +6,7 @@ import { Alert, Loading, ProblemAlert } from "../../../shared/ui/alerts";
 import { BackIcon } from "../../../shared/ui/icons";
 import { fragmentOf } from "../../address";
 import { SceneMap } from "../../map/scene_map";
+import { FailedLoad } from "../../failed_load";
 import { goTo } from "../../navigation";
 import { texts } from "../../texts/texts";
 import { formatDateTime } from "../../texts/times";
@@ -123,8 +124,13 @@ function LoadState({
   readonly scene: Scene | null;
 }) {
   const t = texts.value;
-  const problem = player.past_problem.value ?? player.pieces.problem.value;
-  if (problem !== null) return <ProblemAlert problem={problem} />;
+  const { value: past_problem } = player.past_problem;
+  if (past_problem !== null) {
+    return <FailedLoad problem={past_problem} onRetry={() => void player.loadPast()} />;
+  }
+  // Pieces of positions are asked for again by themselves.
+  const { value: piece_problem } = player.pieces.problem;
+  if (piece_problem !== null) return <ProblemAlert problem={piece_problem} />;
   if (scene === null) return <Loading text={t.loading} />;
   if (player.tracks.value === null) return <Loading text={t.loading_positions} />;
   if (player.past.value?.is_cut === true) return <Alert>{t.replay_is_cut}</Alert>;
