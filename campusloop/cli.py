@@ -19,6 +19,7 @@ _COMMANDS = (
     "scenario",
     "replay",
     "view",
+    "runs",
     "waypoints",
     "vehicle",
     "dispatch",
@@ -38,6 +39,7 @@ _GROUPS = {
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "audit": "The audit log: is its chain whole?",
     "infrastructure": "The time that cameras at crossings save.",
+    "runs": "Recorded runs on disk: list, show, export.",
     "vehicle": "A vehicle's response: identify it from a recorded drive.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }
