@@ -97,7 +97,10 @@ def utc_of(log_ns: int) -> datetime:
 def runs_found(place: Path) -> RunsFound:
     """The runs of a segment, or of all segments below a folder. Raises RunNotFound if there are none."""
     if not place.exists():
-        raise RunNotFound(f"there is no {place}; name a folder with run logs, e.g. var/demo")
+        raise RunNotFound(
+            f"there is no {place}; name a folder with run logs: those of `campusloop demo` are "
+            "in var/demo, where it was started"
+        )
     paths = sorted(place.rglob("*.mcap")) if place.is_dir() else [place]
     if not paths:
         raise RunNotFound(
