@@ -19,6 +19,8 @@ _COMMANDS = (
     "scenario",
     "replay",
     "view",
+    "runs",
+    "rides",
     "waypoints",
     "vehicle",
     "dispatch",
@@ -28,16 +30,20 @@ _COMMANDS = (
     "restore",
     "doctor",
     "audit",
+    "token",
     "warm",
 )
-_OPERATIONS = ("backup", "restore", "doctor", "audit")
+_OPERATIONS = ("backup", "restore", "doctor", "audit", "token")
 _GROUPS = {
     "map": "Campus maps: import, check, rebuild.",
     "scenario": "Scenario files: run them and check their expectations.",
     "agent": "The agent on a vehicle: enrol, run.",
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "audit": "The audit log: is its chain whole?",
+    "token": "Developer tokens: create, list, revoke.",
     "infrastructure": "The time that cameras at crossings save.",
+    "rides": "Rides of a running server: list, show, book, cancel.",
+    "runs": "Recorded runs on disk: list, show, export.",
     "vehicle": "A vehicle's response: identify it from a recorded drive.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
 }

@@ -42,6 +42,23 @@ JSON_TOPICS = {
 }
 
 
+def register_json_channels(writer: Writer) -> dict[str, int]:
+    """The channels that viewers draw or show, all but the ticks, by topic."""
+    channels: dict[str, int] = {}
+    for topic in (REPORT_TOPIC, EVENT_TOPIC):
+        schema = writer.register_schema(
+            f"campusloop{topic.replace('/', '.')}", "jsonschema", b'{"type":"object"}'
+        )
+        channels[topic] = writer.register_channel(topic, "json", schema)
+    schemas = {
+        name: writer.register_schema(name, "jsonschema", SCHEMAS[name])
+        for name in dict.fromkeys(JSON_TOPICS.values())
+    }
+    for topic, name in JSON_TOPICS.items():
+        channels[topic] = writer.register_channel(topic, "json", schemas[name])
+    return channels
+
+
 class SegmentWriter:
     """One open segment. `close()` finishes it; a segment that was never closed is still readable."""
 
@@ -71,7 +88,8 @@ class SegmentWriter:
         self._attach(STATE_ATTACHMENT, state)
         self._attach(PROFILE_ATTACHMENT, profile)
         self._attach(MAP_ATTACHMENT, road_map_zst)
-        self._channels = self._register_channels()
+        tick_channel = self._writer.register_channel(TICK_TOPIC, "msgpack", schema_id=0)
+        self._channels = {TICK_TOPIC: tick_channel} | register_json_channels(self._writer)
         self._file.flush()
         self._flushed_bytes = self._file.tell()
         self._encoder = msgspec.msgpack.Encoder()
@@ -80,21 +98,6 @@ class SegmentWriter:
         self._writer.add_attachment(
             create_time=0, log_time=0, name=name, media_type="application/octet-stream", data=data
         )
-
-    def _register_channels(self) -> dict[str, int]:
-        channels = {TICK_TOPIC: self._writer.register_channel(TICK_TOPIC, "msgpack", schema_id=0)}
-        for topic in (REPORT_TOPIC, EVENT_TOPIC):
-            schema = self._writer.register_schema(
-                f"campusloop{topic.replace('/', '.')}", "jsonschema", b'{"type":"object"}'
-            )
-            channels[topic] = self._writer.register_channel(topic, "json", schema)
-        schemas = {
-            name: self._writer.register_schema(name, "jsonschema", SCHEMAS[name])
-            for name in dict.fromkeys(JSON_TOPICS.values())
-        }
-        for topic, name in JSON_TOPICS.items():
-            channels[topic] = self._writer.register_channel(topic, "json", schemas[name])
-        return channels
 
     def add_tick(self, record: TickRecord) -> None:
         self.add(TICK_TOPIC, record.stamp_ns, self._encoder.encode(record))
