@@ -134,12 +134,20 @@ def test_a_lost_connection_is_said_and_mended(open_page: OpenPage, shuttle: Scri
     page = open_page("/", goes_offline=True, **PHONE)
     book(page, "Main Library", "Gymnasium")
     expect(page.locator("h1")).to_contain_text("Shuttle 1")
-    # Only what was open can be lost.
-    expect(page.get_by_text("Connecting to the live view")).to_have_count(0)
     page.context.set_offline(True)
     expect(page.locator("[data-stale]")).to_contain_text("Last update")
     page.context.set_offline(False)
     expect(page.locator("[data-stale]")).to_have_count(0)
+    cancel(page)
+
+
+@pytest.mark.usefixtures("shuttle")
+def test_a_ticket_whose_live_view_never_opened_says_how_old_it_is(open_page: OpenPage) -> None:
+    page = open_page("/", goes_offline=True, **PHONE)
+    page.route_web_socket("**/ws/live", lambda socket: socket.close())
+    book(page, "Main Library", "Gymnasium")
+    expect(page.locator("[data-stale]")).to_contain_text("Last update")
+    expect(page.get_by_text("Connecting to the live view")).to_have_count(0)
     cancel(page)
 
 

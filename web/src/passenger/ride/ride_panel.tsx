@@ -140,12 +140,12 @@ function RideDetails({ ride, ticket, progress, campus }: RideDetailsProps) {
 
 function ConnectionAlert({ ride, progress }: Omit<RideDetailsProps, "ticket" | "campus">) {
   const state = ride.link.state.value;
-  const last_message_ms = ride.link.last_message_ms.value;
+  const news_came_ms = ride.news_came_ms.value;
   if (state === "open" || progress.ended) return null;
   const t = texts.value;
   if (state === "refused") return <Alert>{t.link_refused}</Alert>;
-  if (state === "connecting" || last_message_ms === null) return <Alert>{t.connecting}</Alert>;
-  const age_s = Math.max(0, Math.round((monotonic_ms.value - last_message_ms) / 1000));
+  if (news_came_ms === null) return <Alert>{t.connecting}</Alert>;
+  const age_s = Math.max(0, Math.round((monotonic_ms.value - news_came_ms) / 1000));
   return (
     <div class="alert warning" data-stale>
       {t.last_seen(age_s)}

@@ -35,6 +35,14 @@ export class RideTracker {
     return Math.floor(now_ms / CLOCK_STEP_MS) * CLOCK_STEP_MS;
   });
   private readonly loaded_ms = signal<number | null>(null);
+  /** When the ticket came from the server, by performance.now; null for a stored copy, which says its own time. */
+  private readonly ticket_came_ms = signal<number | null>(null);
+  /** When the newest news came, by performance.now; of a ticket only once the live view fails to open. */
+  readonly news_came_ms = computed(
+    () =>
+      this.link.last_message_ms.value ??
+      (this.link.is_failing.value ? this.ticket_came_ms.value : null),
+  );
   /** When the newest news was true: a ticket grows old too if the live view never opens. */
   private readonly known_ms = computed(() => {
     const scene = this.link.scene.value;
@@ -154,6 +162,7 @@ export class RideTracker {
       if (result.ok) {
         this.ticket.value = result.value;
         this.loaded_ms.value = Date.now();
+        this.ticket_came_ms.value = stored_at.value === null ? performance.now() : null;
       }
       this.problem.value = result.ok || this.ticket.value !== null ? null : result.problem;
     });

@@ -25,6 +25,8 @@ export class LiveLink {
   readonly scene: Signal<Scene | null> = signal(null);
   readonly state: Signal<LinkState> = signal("connecting");
   readonly refusal: Signal<Refusal | null> = signal(null);
+  /** The newest attempt to connect failed, or the connection was lost and is not back. */
+  readonly is_failing: Signal<boolean> = signal(false);
   /** When the last message arrived, by performance.now; null before the first one. */
   readonly last_message_ms: Signal<number | null> = signal(null);
 
@@ -83,6 +85,7 @@ export class LiveLink {
       return;
     }
     this.attempt = 0;
+    this.is_failing.value = false;
     this.last_activity_ms = performance.now();
     this.last_message_ms.value = this.last_activity_ms;
     this.scene.value = nextScene(this.scene.value, message);
@@ -92,6 +95,7 @@ export class LiveLink {
   private connectionLost(): void {
     if (this.state.value === "refused") return;
     this.discardSocket();
+    this.is_failing.value = true;
     this.state.value = this.last_message_ms.value === null ? "connecting" : "lost";
     clearTimeout(this.timer);
     this.timer = window.setTimeout(
