@@ -13,6 +13,8 @@ import msgspec
 import typer
 from rich.console import Console
 
+from campusloop.clients.connection_variables import SERVER_VARIABLE, TOKEN_VARIABLE
+
 if TYPE_CHECKING:
     from campusloop_sdk import Campus, Ride
 
@@ -27,12 +29,12 @@ STATES = (
 app = typer.Typer(no_args_is_help=True)
 
 Server = Annotated[
-    str, typer.Option(envvar="CAMPUSLOOP_SERVER", metavar="URL", help="http(s)://HOST:PORT of the server.")
+    str, typer.Option(envvar=SERVER_VARIABLE, metavar="URL", help="http(s)://HOST:PORT of the server.")
 ]
 Token = Annotated[
     str,
     typer.Option(
-        envvar="CAMPUSLOOP_TOKEN",
+        envvar=TOKEN_VARIABLE,
         help="Developer token. Better the variable: other users of the machine see options.",
         show_default=False,
     ),

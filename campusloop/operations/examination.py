@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from datetime import datetime
 
+from campusloop.clients.connection_variables import SERVER_VARIABLE, TOKEN_VARIABLE
 from campusloop.operations.database import check_database
 from campusloop.operations.files import (
     check_certificate,
@@ -47,7 +48,8 @@ def examine(environment: Mapping[str, str], now: datetime, **options: object) ->
 
 
 def _check_settings(environment: Mapping[str, str]) -> Finding:
-    given = [name for name in environment if name.startswith(PREFIX)]
+    others = (SERVER_VARIABLE, TOKEN_VARIABLE)
+    given = [name for name in environment if name.startswith(PREFIX) and name not in others]
     unknown = [
         name
         for name in given

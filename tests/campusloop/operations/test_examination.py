@@ -88,6 +88,11 @@ def test_a_variable_that_is_no_setting_is_a_warning(tmp_path: Path) -> None:
     assert "CAMPUSLOOP_POTR" in found["settings"].text
 
 
+def test_variables_of_the_command_line_are_no_settings_and_no_mistakes(tmp_path: Path) -> None:
+    others = {"CAMPUSLOOP_SERVER": "http://127.0.0.1:8080", "CAMPUSLOOP_TOKEN": "secret"}
+    assert findings(an_installation(tmp_path) | others)["settings"].state == "good"
+
+
 def test_ticket_keys_that_are_missing_open_to_others_or_broken_are_told(tmp_path: Path) -> None:
     environment, file = an_installation(tmp_path), tmp_path / "var" / "ticket.key"
     told = {}
