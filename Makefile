@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
   lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers lock oracle generators \
-  cluster tracing sbom clean
+  cluster tracing sbom docs clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -26,6 +26,7 @@ help:
 	@echo "make cluster     install Dask, for --cluster (CI does)"
 	@echo "make tracing     install what sends traces of rides, for OTEL_EXPORTER_OTLP_ENDPOINT (CI does)"
 	@echo "make sbom    what the server and the pages consist of, in CycloneDX (var/sbom)"
+	@echo "make docs    build the documentation as a site (var/docs/html); a broken link is an error (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
@@ -180,6 +181,16 @@ sbom: var/sbom/installed
 	cd web && npm sbom --omit dev --package-lock-only --sbom-format cyclonedx > ../var/sbom/web.cdx.json
 	@ls -l var/sbom/*.cdx.json
 
+# Every page, with search. What Sphinx warns of (a link that leads nowhere) ends it.
+docs: var/docs/installed
+	var/docs/environment/bin/python -m docs.site.build
+
+var/docs/installed: requirements/docs.txt
+	$(PYTHON) -m venv var/docs/environment
+	var/docs/environment/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r requirements/docs.txt
+	@touch $@
+
 var/sbom/installed: requirements/sbom.txt
 	$(PYTHON) -m venv var/sbom
 	var/sbom/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
@@ -210,7 +221,7 @@ lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
-	for tool in generators sbom; do $(COMPILE) requirements/$$tool.in -o requirements/$$tool.txt || exit 1; done
+	for tool in docs generators sbom; do $(COMPILE) requirements/$$tool.in -o requirements/$$tool.txt || exit 1; done
 	for extra in cluster oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
