@@ -92,7 +92,7 @@ export const en = {
     destination_requested: "The new destination was sent. Wait for the answer.",
     help_requested: "Help is called.",
     rider_alighted: "Goodbye.",
-    rider_boarded: "Welcome aboard.",
+    rider_boarded: "Welcome on board.",
     seat_button_pressed: "The shuttle stops at the next safe place.",
   } satisfies Readonly<Record<Answer["body"]["event"], string>>,
   stop_refused: "The shuttle cannot stop before its next stop.",
