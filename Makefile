@@ -94,7 +94,7 @@ test-short:
 	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)"
 
 test-real:
-	$(PY) -m pytest -m "real and not browser" $(call marked,real)
+	$(PY) -m pytest -m "real and not browser and not long" $(call marked,real)
 
 # Each file has a server and a browser of its own.
 test-browser:
