@@ -6,6 +6,7 @@ Server, agents and pages are the real ones. Only vehicle bodies, sensors and peo
 import asyncio
 import signal
 import ssl
+import sys
 from dataclasses import replace
 from zoneinfo import ZoneInfo
 
@@ -21,6 +22,7 @@ from campusloop.clients.ride_demand import RIDE_M_MAX, RIDE_M_MIN, nearest_pairs
 from campusloop.clients.simulated_people import SimulatedPeople
 from campusloop.live.campus import OPERATOR, LiveCampus, LiveOptions
 from campusloop.live.certificate import local_addresses
+from campusloop.live.next_commands import next_commands
 from campusloop.live.progress import DemoProgress
 from contract.roads.model import RoadMap
 from simulator.live.ports import control_port, ports_of
@@ -59,7 +61,8 @@ class LiveDemo:
         finally:
             self._say("stopping")
             await self._campus.stop()
-        for line in self._progress.summary():
+        folder, newest = self._campus.options.folder, self._progress.newest_code()
+        for line in (*self._progress.summary(), *next_commands(folder, newest, sys.argv[0])):
             self._say(line)
 
     async def _until(self, stopped: asyncio.Event) -> None:

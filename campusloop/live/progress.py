@@ -89,6 +89,11 @@ class DemoProgress:
         """Ids of the shown rides that had not ended."""
         return {ride_id for ride_id, ride in self._rides.items() if ride["state"] not in ENDED}
 
+    def newest_code(self) -> str | None:
+        """Code of the ride that was requested last, of those that got a shuttle."""
+        given = [ride for ride in self._rides.values() if ride["vehicle_id"]]
+        return max(given, key=_requested_at)["ride_code"] if given else None
+
     def released(self, vehicle_id: str) -> None:
         """The demo's operator has released a shuttle after a safety stop."""
         self.counts.released[vehicle_id] = self.counts.released.get(vehicle_id, 0) + 1

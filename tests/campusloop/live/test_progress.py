@@ -200,3 +200,10 @@ def test_without_rides_the_summary_says_so() -> None:
     progress, _ = a_progress()
     assert progress.summary()[0] == "rides: 0 requested"
     assert len(progress.summary()) == 2
+
+
+def test_the_newest_ride_that_got_a_shuttle_is_the_one_to_explain() -> None:
+    progress, _ = a_progress()
+    assert progress.newest_code() is None
+    progress.rides([ride(1), ride(3, "refused", vehicle_id=None), ride(2, "completed")])
+    assert progress.newest_code() == "CODE02"
