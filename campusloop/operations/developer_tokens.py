@@ -64,5 +64,5 @@ def _require_admin(uow: UnitOfWork, user: str) -> None:
 
 
 def _caller(user: str) -> Caller:
-    """Nobody has signed in: who may write the database may use any name. So the kind is not `operator`."""
+    """No one has signed in: who may write the database may use any name. So the kind is not `operator`."""
     return Caller("server", user, "command line")
