@@ -84,7 +84,6 @@ class SimulatedShuttles:
         for name, place in zip(self.options.vehicle_ids, places, strict=True):
             key = load_or_create_key(place.folder / "key.pem")
             await operator.enrol(name, self._profile.body, public_key_text(key))
-        # In the order of `agent_jobs`: a tick that starts before its link loses the beginning of its run log.
         self._supervise([replace(job, log_file=self.log_file(job.name)) for job in agent_jobs(places)])
 
     async def release_all(self, operator: OperatorClient) -> None:

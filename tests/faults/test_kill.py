@@ -36,7 +36,7 @@ async def stands_held(real: RealCampus) -> None:
 
 
 def test_a_ride_outlives_the_kill_of_every_process_in_turn(tmp_path: Path) -> None:
-    """Link and gate are begun anew and lose nothing; a tick stands held until an operator resumes it."""
+    """Link and gate are begun anew, and ride and recording go on; a tick stands held until it is resumed."""
 
     async def scenario() -> None:
         async with a_real_campus(tmp_path, 48_100) as real:
@@ -60,7 +60,10 @@ def test_a_ride_outlives_the_kill_of_every_process_in_turn(tmp_path: Path) -> No
             rides = (await real.campus.client.get("/api/v1/rides")).json()
             assert [ride["state"] for ride in rides] == ["completed"]
         segments = sorted((tmp_path / "campus" / "vehicles").rglob("*.mcap"))
-        assert len({segment.parent for segment in segments}) == 2
+        boots = sorted({segment.parent for segment in segments})
+        assert len(boots) == 2
+        before_and_after_the_link_was_killed = sorted(boots[0].glob("*.mcap"))
+        assert len(before_and_after_the_link_was_killed) == 2
         for segment in segments:
             assert replay_segment(segment, build_car).difference is None
 

@@ -38,3 +38,8 @@ class VehicleComputer:
                 before, items, outputs, stamp_ns, late_ns, self._utc_offset_ns
             )
         return outputs
+
+    def begin_segment(self) -> None:
+        """The next tick's entries begin a segment of the run log, for some of the last ones were lost."""
+        if self._recorder is not None:
+            self._recorder.begin_segment()

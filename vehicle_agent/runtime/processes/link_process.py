@@ -134,9 +134,9 @@ class VehicleLink:
         """Reconnects after a restart of the tick: it has no grants, and a new hello brings them."""
         for entry in report.entries:
             if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
-                self._tick_boot_id = entry.header.boot_id
-                if self._tick_is_up.is_set():
+                if self._tick_boot_id:
                     self._client.reconnect()
+                self._tick_boot_id = entry.header.boot_id
 
     async def _process_reports(self) -> None:
         while True:

@@ -7,6 +7,7 @@ mail; after a restart it binds the same path again.
 
 import socket
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -83,13 +84,17 @@ class Mailbox:
     lost  count of mail to a process that is gone, or too slow for `WAITING_MAX` of its mail
     """
 
-    def __init__(self, path: Path) -> None:
-        """Binds at `path`; replaces the mailbox of a killed process."""
+    def __init__(self, path: Path, on_lost: Callable[[Mail], None] | None = None) -> None:
+        """Binds at `path`; replaces the mailbox of a killed process.
+
+        on_lost: called with each lost mail, one receiver's in their order, before `post` or `take` returns
+        """
         path.parent.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         self.path = path
         self.lost = 0
-        self._waiting: dict[str, deque[bytes]] = {}
+        self._on_lost = on_lost
+        self._waiting: dict[str, deque[tuple[bytes, Mail]]] = {}
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
@@ -104,11 +109,15 @@ class Mailbox:
         """Mail waits for room at its receiver; the next `post` or `take` tries again."""
         return bool(self._waiting)
 
+    def waiting_for(self, to: Path) -> int:
+        """How much mail waits for room at this receiver."""
+        return len(self._waiting.get(str(to), ()))
+
     def post(self, to: Path, mail: Mail) -> bool:
         """Sends mail, or keeps it until the receiver has room; False if mail is lost, which is counted."""
         receiver = str(to)
         waiting = self._waiting.setdefault(receiver, deque())
-        waiting.append(_encoder.encode(mail))
+        waiting.append((_encoder.encode(mail), mail))
         return self._send_waiting(receiver)
 
     def take(self) -> list[Mail]:
@@ -126,21 +135,25 @@ class Mailbox:
     def _send_waiting(self, receiver: str) -> bool:
         """Sends one receiver's mail, oldest first; False if some is lost."""
         waiting = self._waiting[receiver]
-        lost = 0
+        lost: list[Mail] = []
         while waiting:
+            data, mail = waiting[0]
             try:
-                self._socket.sendto(waiting[0], receiver)
+                self._socket.sendto(data, receiver)
             except BlockingIOError:
                 if len(waiting) <= WAITING_MAX:
                     break
-                lost += 1
+                lost.append(mail)
             except (FileNotFoundError, ConnectionRefusedError):
-                lost += 1
+                lost.append(mail)
             waiting.popleft()
         if not waiting:
             del self._waiting[receiver]
-        self.lost += lost
-        return lost == 0
+        self.lost += len(lost)
+        if self._on_lost is not None:
+            for mail in lost:
+                self._on_lost(mail)
+        return not lost
 
     def close(self) -> None:
         self._socket.close()

@@ -20,14 +20,15 @@ from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.order_tracing import TickTracing
 from vehicle_agent.runtime.processes.clock import Clock
+from vehicle_agent.runtime.processes.link_mail import LinkMail
 from vehicle_agent.runtime.processes.mailbox import (
     CabinUpdate,
     Commands,
     Deliveries,
+    Mail,
     Mailbox,
     MailedSpans,
     PlannerJobs,
-    TickReport,
 )
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
@@ -115,7 +116,8 @@ class TickProcess:
         self._cabin = cabin
         self._mail = mail
         self._clock = clock
-        self._mailbox = Mailbox(mail / "tick")
+        self._mailbox = Mailbox(mail / "tick", self._note_lost)
+        self._link_mail = LinkMail(self._mailbox, mail / "link")
         self._computer = computer
         self._sensors = sensors
         self._show = show
@@ -177,8 +179,11 @@ class TickProcess:
                 self._mailbox.post(self._mail / "screen", CabinUpdate(view))
         memory = self._computer.state.mission.memory
         update = self._update_writer.update(outputs, memory, now_ns)
-        if update is not None or self._computer.entries:
-            self._mailbox.post(self._mail / "link", TickReport(update, tuple(self._computer.entries)))
+        if self._link_mail.post(update, self._computer.entries):
+            self._computer.begin_segment()
+
+    def _note_lost(self, mail: Mail) -> None:
+        self._link_mail.note_lost(mail)
 
     def _moved(self, outputs: Outputs, now_ns: int) -> tuple[str, ...]:
         if self._tracing is None:

@@ -100,6 +100,7 @@ class Recorder:
         self._records = msgspec.msgpack.Encoder()
         self._ticks = 0
         self._segment = -1
+        self._segment_begins_at = 0
         self._last_detections: Detections | None = None
 
     def record(
@@ -113,7 +114,7 @@ class Recorder:
     ) -> list[RunLogEntry]:
         """The entries of the tick that took `before` and `items` and gave `outputs`."""
         entries: list[RunLogEntry] = []
-        if self._ticks % SEGMENT_TICKS == 0:
+        if self._ticks >= self._segment_begins_at:
             entries.append(self._begin_segment(before, utc_offset_ns))
         record = TickRecord(
             before.tick,
@@ -127,8 +128,13 @@ class Recorder:
         self._ticks += 1
         return entries
 
+    def begin_segment(self) -> None:
+        """The next tick begins a segment: entries of this one were lost, and no replay gets past them."""
+        self._segment_begins_at = self._ticks
+
     def _begin_segment(self, before: OnboardState, utc_offset_ns: int) -> SegmentBegin:
         self._segment += 1
+        self._segment_begins_at = self._ticks + SEGMENT_TICKS
         self._last_detections = None
         header = msgspec.structs.replace(
             self._header, segment=self._segment, first_tick=before.tick, utc_offset_ns=utc_offset_ns
