@@ -67,9 +67,15 @@ class Avoidance(msgspec.Struct, frozen=True):
     ) -> float:
         """The brake pedal needed now, on the commanded and on the actual steering angle; 0 for none."""
         accel = min(max(ego.accel_mps2, 0.0), self.accel_mps2_max)
-        response_s = self.response_s + (self.release_s if braking else 0.0)
+        # More response time takes the vehicle farther: before somebody, or past them. A braking vehicle that
+        # would just get past now would not after another tick of braking, so both must be free.
+        responses_s = (self.response_s, self.response_s + self.release_s) if braking else (self.response_s,)
         curvatures = {math.tan(angle) / self.wheelbase_m for angle in (steer_rad, motion.steer_rad)}
-        return max(self._pedal(rows, curvature, speed_mps, accel, response_s) for curvature in curvatures)
+        return max(
+            self._pedal(rows, curvature, speed_mps, accel, response_s)
+            for curvature in curvatures
+            for response_s in responses_s
+        )
 
     def _pedal(
         self, rows: Array, curvature_1pm: float, speed_mps: float, accel_mps2: float, response_s: float

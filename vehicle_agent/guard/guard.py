@@ -71,6 +71,7 @@ class GuardState(msgspec.Struct, frozen=True):
     steer_rad: float = 0.0
     allowed_mps: float = 0.0
     avoiding: bool = False
+    avoiding_ratio: float = 0.0
     blocked: BlockedState = BlockedState()
     events: tuple[VehicleEvent, ...] = ()
 
@@ -140,6 +141,7 @@ class Guard(msgspec.Struct, frozen=True):
             stamp_ns=ego.stamp_ns,
             steer_rad=actuation.steer_rad,
             avoiding=intervened in _AVOIDING,
+            avoiding_ratio=actuation.brake_ratio if intervened == _OBSTACLE else 0.0,
             blocked=blocked,
             events=(*changed, *raised, *blocked_events),
         )
@@ -283,7 +285,8 @@ class Guard(msgspec.Struct, frozen=True):
         requests = []
         ratio = self.avoidance.brake_ratio(obstacles, ego, motion, steer_rad, speed_mps, state.avoiding)
         if ratio > 0.0:
-            requests.append((ratio, _OBSTACLE))
+            # No less than before: a brake that follows every estimate of the track follows it with its lag.
+            requests.append((max(ratio, state.avoiding_ratio), _OBSTACLE))
         elif self.avoidance.is_creeping_up(movers, speed_mps):
             requests.append((self.hold_ratio, _CLOSE))
         over_mps = speed_mps - self.avoidance.alongside_mps(movers)

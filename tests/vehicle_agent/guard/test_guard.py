@@ -424,6 +424,22 @@ def test_the_steering_follows_a_command_at_the_rate_of_the_steering_also_after_a
     assert bench.step(wish=turning, tick_ns=400_000_000)[0].steer_rad == pytest.approx(rate * 0.16)
 
 
+def test_the_brake_for_a_person_is_not_lessened_while_they_are_in_danger() -> None:
+    """One estimate says that less would do, the next that it does not: that costs the brake's lag twice."""
+    bench, front_m = driving(), Profile().body.front_overhang_m
+
+    def pedal(ahead_m: float) -> float:
+        tracks = msgspec.structs.replace(someone(front_m + ahead_m, 0.0), stamp_ns=bench.now_ns + TICK_NS)
+        return bench.step(tracks=tracks, ego_speed_mps=0.8, motion_speed_mps=0.8)[0].brake_ratio
+
+    first = pedal(0.84)
+    assert 0.0 < first < 1.0
+    assert pedal(0.6) == 1.0
+    assert pedal(0.84) == 1.0
+    assert pedal(12.0) == 0.0
+    assert pedal(0.84) == first
+
+
 def beside(gap_m: float, walks_mps: float = 1.2) -> Tracks:
     """Somebody who walks along the middle of the vehicle."""
     y_m = 0.5 * Profile().body.width_m + 0.25 + gap_m

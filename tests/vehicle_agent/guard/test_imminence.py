@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from contract.geometry import Pose2
 from vehicle_agent.config import Profile
@@ -219,6 +221,21 @@ def test_the_brake_is_not_released_at_once() -> None:
     tracks = a_track(FRONT + 0.25 + stopping_m(3.0) + 0.6, 0.0)
     assert brake(tracks, 3.0) == 0.0
     assert brake(tracks, 3.0, braking=True) > 0.0
+
+
+@given(
+    x_m=st.floats(0.5, 6.0),
+    y_m=st.floats(-3.0, 3.0),
+    walks_mps=st.floats(-2.5, 2.5),
+    speed=st.floats(0.5, 4.2),
+)
+def test_whom_the_vehicle_would_brake_for_it_goes_on_braking_for(
+    x_m: float, y_m: float, walks_mps: float, speed: float
+) -> None:
+    """Also somebody whom it would just get past if it did not brake: it has braked by now."""
+    walker = a_track(FRONT + x_m, y_m, 0.0, walks_mps)
+    if brake(walker, speed) > 0.0:
+        assert brake(walker, speed, braking=True) > 0.0
 
 
 def test_clearance_is_the_distance_to_the_rectangle() -> None:

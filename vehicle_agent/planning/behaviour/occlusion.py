@@ -62,7 +62,7 @@ class OcclusionRules(NamedTuple):
     react_s: float
     decel_mps2: float
     creep_mps: float
-    walk_mps: float = 1.8
+    walk_mps: float = 1.9
 
 
 @njit(cache=True)
