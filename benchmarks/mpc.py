@@ -73,7 +73,7 @@ def main() -> None:
     warm = course(LEGS, 500)
     # Garbage collection of the report's data would disturb the measurements.
     gc.disable()
-    follow_timed(warm, profile, controller, _plant(), noisy(arguments.seed, GnssNoise()), 0.0)
+    follow_timed(warm, profile, controller, _plant(), noisy(arguments.seed, GnssNoise(), profile), 0.0)
     runs = {
         "whole steering rate": _drive(LEGS, arguments.steps - limited, profile, controller, arguments.seed),
         "1 degree a second": _drive(MILD_LEGS, limited, profile, _slow(profile), arguments.seed + 1),
@@ -129,7 +129,7 @@ def _drive(
     seed: int,
 ) -> TimedRun:
     rows = course(legs, steps)
-    return follow_timed(rows, profile, controller, _plant(), noisy(seed, GnssNoise()), 0.0)
+    return follow_timed(rows, profile, controller, _plant(), noisy(seed, GnssNoise(), profile), 0.0)
 
 
 def _plant() -> PlantParams:

@@ -18,10 +18,11 @@ from simulator.ecus.module import Module
 from simulator.fleet import STEP_NS, SimFleet
 from simulator.riders import Phone, Riders
 from simulator.scoring.metrics import Scorekeeper, VehicleScore
-from simulator.sensors.gnss import GnssNoise, GnssReceiver
+from simulator.sensors.gnss import CampusReceiver, GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
 from simulator.sensors.lidar import Lidar, LidarNoise
 from simulator.sensors.ray_hits import BOX_COLUMNS, Array32
+from simulator.sensors.sky import Sky
 from simulator.sensors.tracker import Tracker, TrackerNoise
 from simulator.sensors.walls import WallScene
 from simulator.traffic.actors import Actors, Bodies, no_bodies, together
@@ -50,6 +51,7 @@ class WorldOptions:
     actors   road users in place of `traffic`
     tracker  noise of the trackers, for vehicles whose stack tracks road users
     plant_seed  of the dynamics of vehicles that `plants` does not name (`random_plant`); None: nominal ones
+    campus_sky  buildings hide satellites and reflect their signals (`sensors/sky.py`)
     """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
@@ -61,6 +63,7 @@ class WorldOptions:
     actors: Actors | None = None
     tracker: TrackerNoise = field(default_factory=TrackerNoise)
     plant_seed: int | None = None
+    campus_sky: bool = False
 
     def plants_of(self, profiles: dict[str, Profile]) -> dict[str, PlantParams]:
         """The dynamics that are not the nominal ones of the vehicle's profile."""
@@ -114,7 +117,7 @@ class SimWorld:
 
     def _set_up_sensors(self, road_map: RoadMap) -> None:
         options, profiles = self.options, self._profiles
-        self.gnss = {v: GnssReceiver(road_map.origin, options.gnss, self._rng(f"gnss {v}")) for v in profiles}
+        self.gnss = self._receivers(road_map)
         self._imus = {v: Imu(options.imu, self._rng(f"imu {v}")) for v in profiles}
         self._lidars: dict[str, Lidar] = {}
         if options.lidar:
@@ -131,6 +134,14 @@ class SimWorld:
         }
         self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
         self._scan_due_ns: dict[str, int] = {}
+
+    def _receivers(self, road_map: RoadMap) -> dict[str, GnssReceiver]:
+        origin, noise = road_map.origin, self.options.gnss
+        rngs = {v: self._rng(f"gnss {v}") for v in self._profiles}
+        if not self.options.campus_sky:
+            return {v: GnssReceiver(origin, noise, rng) for v, rng in rngs.items()}
+        sky = Sky(road_map.buildings, self._rng("sky"))
+        return {v: CampusReceiver(origin, noise, sky, rng) for v, rng in rngs.items()}
 
     def _rng(self, name: str) -> np.random.Generator:
         """A separate stream for each purpose; a new consumer does not change the others."""

@@ -65,7 +65,7 @@ def follow_rows(task: FollowTask, control: TrajectoryControl) -> TrackingResult:
     """Follow timed rows of the curve itself, from rest to rest."""
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
     noise = task.conditions.noise
-    sense = perfect if noise is None else noisy(task.seed, noise)
+    sense = perfect if noise is None else noisy(task.seed, noise, task.profile)
     drive = follow_timed(rows, task.profile, control, _params(task), sense).drive
     moving = drive.trace[:, 4] > 0.0
     return TrackingResult(drive, float(drive.trace[moving, 0].max(initial=0.0)), float(rows[-1, 0]))

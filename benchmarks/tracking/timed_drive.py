@@ -18,8 +18,9 @@ from simulator.sensors.imu import Imu, ImuNoise
 from simulator.vehicle.plant import PlantParams, PlantView
 from vehicle_agent.can.pacmod.codec import pacmod
 from vehicle_agent.config import Profile
-from vehicle_agent.localization.gnss import GnssLocalization
+from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.signals import Actuation, ControlCommand, Ego, Path, Trajectory, VehicleMotion
+from vehicle_agent.stacks.rooms import rear_slip_per_mps2
 
 _ORIGIN = Origin(30.6187, -96.3365)
 _STEP_S = STEP_NS * 1e-9
@@ -101,11 +102,11 @@ def _smooth(values: Array, reach: int) -> Array:
 Sensing = Callable[[int, PlantView, VehicleMotion], Ego]
 
 
-def noisy(seed: int, noise: GnssNoise) -> Sensing:
-    """Receiver, inertial sensor and the GEM stack's localization."""
+def noisy(seed: int, noise: GnssNoise, profile: Profile) -> Sensing:
+    """Receiver, inertial sensor and the localization of a vehicle's stack."""
     rng = np.random.default_rng([seed, 2])
     receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
-    localization = GnssLocalization(_ORIGIN)
+    localization = GnssInsLocalization(_ORIGIN, slip_s2pm=rear_slip_per_mps2(profile))
     state = localization.initial()
 
     def sense(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:

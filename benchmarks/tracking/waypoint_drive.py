@@ -17,11 +17,12 @@ from simulator.vehicle.plant import PlantParams, PlantView
 from vehicle_agent.can.pacmod.codec import pacmod
 from vehicle_agent.config import Profile
 from vehicle_agent.control.waypoint.waypoint_control import WaypointControl
-from vehicle_agent.localization.gnss import GnssLocalization
+from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.planning.waypoint.waypoint_planning import cruise
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules, Waypoints
 from vehicle_agent.signals import Actuation, VehicleMotion
 from vehicle_agent.signals import Path as PlannedPath
+from vehicle_agent.stacks.rooms import rear_slip_per_mps2
 from vehicle_agent.waypoints.files import read_waypoints, write_recording
 from vehicle_agent.waypoints.recorder import WaypointRecorder
 
@@ -46,7 +47,7 @@ def record(
     """Drive the path exactly, with the sensors' noise, and write its waypoint file."""
     rng = np.random.default_rng([seed, 1])
     receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
-    localization = GnssLocalization(_ORIGIN)
+    localization = GnssInsLocalization(_ORIGIN)
     state, recorder = localization.initial(), WaypointRecorder()
     kappa = curvatures(path.points)
     s_m, now_ns, length_m = 0.0, STEP_NS, path.length_m
@@ -87,7 +88,8 @@ def follow(
     fleet = SimFleet({_NAME: profile}, {_NAME: start}, None if params is None else {_NAME: params})
     rng = np.random.default_rng([seed, 2])
     receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
-    can, localization = pacmod(profile), GnssLocalization(_ORIGIN)
+    can = pacmod(profile)
+    localization = GnssInsLocalization(_ORIGIN, slip_s2pm=rear_slip_per_mps2(profile))
     can_state, loc_state, ctl_state = can.initial(), localization.initial(), control.initial()
     now_ns, segment, cpu_s = STEP_NS, 0, 0.0
     rows: list[tuple[float, ...]] = []

@@ -15,7 +15,8 @@ from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.signalling import VehicleSignalling
 from vehicle_agent.link import client, clock, outbox, session, upload
-from vehicle_agent.localization.gnss import GnssLocalization
+from vehicle_agent.localization.gnss_ins import GnssInsLocalization
+from vehicle_agent.localization.odometry_ekf import OdometryNoise
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
@@ -42,7 +43,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
-    "localization": (GnssLocalization,),
+    "localization": (GnssInsLocalization, OdometryNoise),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
     "screen": (screen_process, screen_requests, cabin_view),

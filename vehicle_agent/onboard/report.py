@@ -21,7 +21,7 @@ def ages(now_ns: int, motion: VehicleMotion, ego: Ego, detections: Detections, p
     """The ages of the guard's inputs; -1 for an input that has never come."""
     return Ages(
         motion_ns=_age(now_ns, motion.stamp_ns),
-        pose_ns=_age(now_ns, ego.fix_stamp_ns),
+        pose_ns=_age(now_ns, ego.pose_stamp_ns),
         percept_ns=_age(now_ns, detections.stamp_ns),
         path_ns=_age(now_ns, path.stamp_ns),
     )

@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, Pose2, inverse, transform_points
-from vehicle_agent.perception.pose_history import PoseHistory, pose_at
 from vehicle_agent.signals import Detections, Ego, ObstaclePercept, Percept
+from vehicle_agent.signals.pose_history import PoseHistory, pose_at
 
 
 class CellsState(msgspec.Struct, frozen=True):

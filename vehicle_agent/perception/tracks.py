@@ -4,9 +4,9 @@ import msgspec
 
 from vehicle_agent.perception.cells import CellsState, HeightMapPerception
 from vehicle_agent.perception.own_cells import outside_tracks
-from vehicle_agent.perception.pose_history import pose_at
 from vehicle_agent.perception.tracker import AlphaBetaTracker, TrackerState
 from vehicle_agent.signals import Detections, Ego, Percept, TrackPercept
+from vehicle_agent.signals.pose_history import pose_at
 
 
 class TracksState(msgspec.Struct, frozen=True):

@@ -17,7 +17,8 @@ class CanFrame(msgspec.Struct, frozen=True, tag="can_frame"):
 class GnssFix(msgspec.Struct, frozen=True, tag="gnss_fix"):
     """A GNSS/INS solution of the antenna frame, already moved to the rear-axle centre by the driver.
 
-    heading_rad is a REP-103 yaw: counter-clockwise from east.
+    heading_rad is a REP-103 yaw: counter-clockwise from east. position_std_m and heading_std_rad are the
+    receiver's own statements; 0.0: it states none for its heading.
     """
 
     stamp_ns: int
@@ -27,6 +28,7 @@ class GnssFix(msgspec.Struct, frozen=True, tag="gnss_fix"):
     speed_mps: float
     yaw_rate_radps: float
     position_std_m: float
+    heading_std_rad: float = 0.0
 
 
 class ImuSample(msgspec.Struct, frozen=True, tag="imu_sample"):

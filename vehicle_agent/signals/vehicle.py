@@ -58,6 +58,9 @@ class Ego(msgspec.Struct, frozen=True):
 
     valid is False before the first fix, and when the solution is too old or too poor; `faults` has
     the reason.
+
+    position_std_m  standard deviation of the position along its worst direction
+    pose_stamp_ns   when the pose was last good enough to drive by, with or without a fix; 0 never
     """
 
     stamp_ns: int
@@ -67,7 +70,7 @@ class Ego(msgspec.Struct, frozen=True):
     yaw_rate_radps: float
     steer_rad: float
     position_std_m: float
-    fix_stamp_ns: int
+    pose_stamp_ns: int
     valid: bool
     faults: tuple[Fault, ...] = ()
 

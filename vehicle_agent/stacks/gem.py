@@ -8,7 +8,7 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile, ProfileError
-from vehicle_agent.localization.gnss import GnssLocalization
+from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.planning.waypoint.recorded import RecordedWay
@@ -17,6 +17,7 @@ from vehicle_agent.stacks.rooms import (
     cells,
     guard,
     mission_rules,
+    rear_slip_per_mps2,
     waypoint_control,
     waypoint_planning,
 )
@@ -30,7 +31,7 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
     body = profile.body
     return Car(
         can=codec_of(profile),
-        localization=GnssLocalization(road_map.origin),
+        localization=GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile)),
         perception=cells(profile),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),

@@ -4,7 +4,7 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
-from vehicle_agent.localization.gnss import GnssLocalization
+from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.tracks import TrackingPerception
@@ -13,7 +13,7 @@ from vehicle_agent.planning.behaviour.decide import BehaviourRules
 from vehicle_agent.planning.motion.motion_planning import MotionPlanning
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.worker import MotionPlanner
-from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules
+from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules, rear_slip_per_mps2
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
@@ -30,7 +30,7 @@ def snow_lion(profile: Profile, road_map: RoadMap) -> Car:
     has_lidar = profile.lidar.rate_hz > 0.0
     return Car(
         can=codec_of(profile),
-        localization=GnssLocalization(road_map.origin),
+        localization=GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile)),
         perception=TrackingPerception(cells(profile), has_lidar=has_lidar),
         world=ObservedWorld(
             network,

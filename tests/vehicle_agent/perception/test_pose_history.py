@@ -5,7 +5,7 @@ import math
 import pytest
 
 from contract.geometry import Pose2
-from vehicle_agent.perception.pose_history import pose_at
+from vehicle_agent.signals.pose_history import pose_at
 
 HISTORY = (
     (100, Pose2(0.0, 0.0, 3.0)),

@@ -1,6 +1,7 @@
 """The whole tick on the simulated vehicle: a ride over CAN, with lidar; state saved and restored mid-way."""
 
 import functools
+import math
 import sys
 
 import msgspec
@@ -17,6 +18,7 @@ from simulator.world import WorldOptions
 from tests.vehicle_agent.driven_shuttle import DrivenShuttle, rider
 from tests.vehicle_agent.mission.ring import ring
 from vehicle_agent.config import Driving, Profile
+from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.runtime.recording.snapshot import decode_state, encode_state
 from vehicle_agent.signals import FleetVehicle
 from vehicle_agent.stacks import warm
@@ -93,22 +95,41 @@ def test_the_takeover_of_the_safety_driver_ends_autonomy_at_once() -> None:
     assert shuttle.outputs.report.mode == "manual"
 
 
-def test_a_silent_receiver_ends_in_a_minimal_risk_stop() -> None:
+def test_a_silent_receiver_slows_the_vehicle_and_at_last_ends_in_a_minimal_risk_stop() -> None:
+    """Odometry knows the place well for the next tens of metres, less well then, and not for ever."""
     shuttle = a_shuttle()
     shuttle.run(8)
     shuttle.world.gnss["s1"].silent = True
+    assert shuttle.run(60, lambda s: s.state.localization.since_fix_m > 20.0)
+    assert shuttle.outputs is not None
+    assert shuttle.outputs.report.mode == "autonomous"
+    assert shuttle.run(120, lambda s: s.outputs is not None and s.outputs.flow.ego.position_std_m > 0.32)
     shuttle.run(4)
-    report = shuttle.outputs.report if shuttle.outputs else None
-    assert report is not None
-    assert report.mode == "minimal_risk"
+    assert shuttle.world.truth("s1").speed_mps < 0.6
+    assert error_m(shuttle) < 2.5 * shuttle.outputs.flow.ego.position_std_m
+    shuttle.state = lost(shuttle)
+    shuttle.run(4)
+    assert shuttle.outputs.report.mode == "minimal_risk"
     assert shuttle.world.truth("s1").speed_mps == 0.0
-    assert "pose_stale" in [fault.code for fault in report.faults]
+    assert "pose_stale" in [fault.code for fault in shuttle.outputs.report.faults]
     shuttle.world.gnss["s1"].silent = False
     shuttle.run(3)
     assert shuttle.world.truth("s1").speed_mps == 0.0
     shuttle.resume()
     shuttle.run(6)
     assert shuttle.world.truth("s1").speed_mps > 1.0
+
+
+def error_m(shuttle: DrivenShuttle) -> float:
+    assert shuttle.outputs is not None
+    here, truth = shuttle.outputs.flow.ego.pose_map, shuttle.world.truth("s1").pose_map
+    return math.hypot(here.x_m - truth.x_m, here.y_m - truth.y_m)
+
+
+def lost(shuttle: DrivenShuttle) -> OnboardState:
+    """As after 200 m without a fix, which this ring is too short for."""
+    localization = msgspec.structs.replace(shuttle.state.localization, since_fix_m=201.0)
+    return msgspec.structs.replace(shuttle.state, localization=localization)
 
 
 @pytest.mark.parametrize("obstacles", ["line", "paper"])

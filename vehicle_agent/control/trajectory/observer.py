@@ -205,12 +205,12 @@ class Observer(msgspec.Struct, frozen=True):
             pose_estimate.outliers,
             pose_estimate.no_pose_s + dt_s,
         )
-        if not usable or ego.fix_stamp_ns <= pose_estimate.fix_ns:
+        if not usable or ego.pose_stamp_ns <= pose_estimate.fix_ns:
             return unfixed
         if update_pose(mean, covariance, pose.x_m, pose.y_m, pose.yaw_rad, std_m, heading_std_rad, n):
-            return PoseFilterState(mean, covariance, ego.stamp_ns, ego.fix_stamp_ns)
+            return PoseFilterState(mean, covariance, ego.stamp_ns, ego.pose_stamp_ns)
         if pose_estimate.outliers + 1 < self.filter.outliers_max:
             return msgspec.structs.replace(
-                unfixed, outliers=pose_estimate.outliers + 1, fix_ns=ego.fix_stamp_ns
+                unfixed, outliers=pose_estimate.outliers + 1, fix_ns=ego.pose_stamp_ns
             )
         return reset_at(unfixed, pose, std_m, heading_std_rad, ego.stamp_ns)

@@ -94,7 +94,7 @@ def driven(
 ) -> TimedRun:
     """Drive the rows; seed None: perfect localization."""
     control: Any = HANDS if change is None else Tampered(HANDS, change)
-    sense: Sensing = perfect if seed is None else noisy(seed, GnssNoise())
+    sense: Sensing = perfect if seed is None else noisy(seed, GnssNoise(), PROFILE)
     return follow_timed(rows, PROFILE, control, PlantParams(**(ROUGH | plant)), sense, settle_s)
 
 

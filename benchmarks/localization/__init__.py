@@ -1,0 +1,1 @@
+"""How well each stack knows where it is: `python -m benchmarks.localization`."""

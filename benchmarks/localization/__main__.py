@@ -1,0 +1,154 @@
+"""How well each stack knows where it is: `python -m benchmarks.localization --json F`.
+
+A vehicle is driven exactly along the ways of a shipped campus. Its receiver sees the sky between the
+buildings (`simulator/sensors/sky.py`), its wheels have a scale error and a coarse report, its gyroscope a
+bias that walks and a scale error, its rear axle slips. Each stack's own localization says where it is.
+
+`lost_found_pct`: jumps of the receiver by 1 to 30 m, of which the receiver says nothing. One counts as found
+when the vehicle stays within 0.5 m of the truth, or says within 2 s that it is not sure.
+`false_alarms_per_10h`: times when it says so, under an open sky, while it is within 0.1 m.
+`nees_in_bounds_pct`: ticks whose squared error over the stated covariance is within the 95 % bound of two
+degrees of freedom.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.localization.campus_way import campus_way, truths
+from benchmarks.localization.drive import CONDITIONS, Conditions, Drive, drive
+from benchmarks.reporting.report import Row, RunReport
+from campusloop.shipped import DEFAULT_MAP
+from contract.geometry import Array
+from contract.roads.load import load_map
+from vehicle_agent.config import load_profile
+from vehicle_agent.stacks.choice import build_car
+from vehicle_agent.stacks.rooms import rear_slip_per_mps2
+
+PROFILES = Path(__file__).resolve().parents[2] / "vehicle_agent" / "profiles"
+# A profile of each stack.
+STACKS = {"snow_lion": "snow-lion", "gem": "gem-e2", "nus": "nus-cart"}
+# 95 % of a chi-square variable with two degrees of freedom.
+NEES_MAX = 5.99
+TICK_S = 0.02
+FOUND_WITHIN_S = 2.0
+STILL_GOOD_M, GOOD_M = 0.5, 0.1
+# Until the filter knows its sensors.
+SETTLE_S = 60.0
+
+
+def main() -> None:
+    report = RunReport()
+    arguments = _arguments()
+    road_map = load_map(arguments.map)
+    rows: list[Row] = []
+    summary: dict[str, float] = {}
+    for stack in arguments.stacks:
+        profile = load_profile(PROFILES / f"{STACKS[stack]}.toml")
+        room = build_car(profile, road_map).localization
+        drives: dict[str, list[Drive]] = {}
+        for conditions in CONDITIONS:
+            for seed in range(arguments.seed, arguments.seed + arguments.runs):
+                rng = np.random.default_rng([seed, 3])
+                way = campus_way(road_map, arguments.km, min(3.5, profile.limits.speed_mps_max), rng)
+                slip = rear_slip_per_mps2(profile) * float(rng.uniform(0.5, 1.5))
+                one = drive(truths(way, slip), room, road_map, conditions, seed)
+                drives.setdefault(conditions.name, []).append(one)
+                rows.append(_row(stack, conditions, seed, way.length_m / 1e3, one))
+                print(f"{stack}, {conditions.name}, seed {seed}: done", flush=True)
+        summary |= _summary(stack, drives)
+    report.write(
+        arguments.json,
+        "localization",
+        {"map": str(arguments.map), "km": arguments.km, "runs": arguments.runs, "seed": arguments.seed},
+        rows,
+        summary,
+    )
+
+
+def _row(stack: str, conditions: Conditions, seed: int, km: float, one: Drive) -> Row:
+    error_m = one.error_m[_settled(one)]
+    return {
+        "stack": stack,
+        "conditions": conditions.name,
+        "seed": seed,
+        "km": round(km, 2),
+        "rmse_m": round(float(np.sqrt(np.mean(error_m**2))), 3),
+        "p99_m": round(float(np.percentile(error_m, 99)), 3),
+        "worst_m": round(float(error_m.max()), 3),
+        "nees_in_bounds_pct": round(100.0 * float(np.mean(one.nees[_settled(one)] <= NEES_MAX)), 1),
+        "full_speed_pct": round(100.0 * float(np.mean(one.drivable[_settled(one)])), 1),
+        "p95_ms": round(1e3 * float(np.percentile(one.cpu_s, 95)), 3),
+    }
+
+
+def _summary(stack: str, drives: dict[str, list[Drive]]) -> dict[str, float]:
+    """Error and deviation over every condition but the open sky, which is the easy one."""
+    hard = [one for name, some in drives.items() if name != "open sky" for one in some]
+    errors = np.concatenate([one.error_m[_settled(one)] for one in hard])
+    nees = np.concatenate([one.nees[_settled(one)] for one in hard])
+    cpu_s = np.concatenate([one.cpu_s for one in hard])
+    found = [is_found for one in drives["jumps"] for is_found in jumps_found(one)]
+    easy = drives["open sky"]
+    hours = sum(len(one.error_m) for one in easy) * TICK_S / 3600.0
+    return {
+        f"{stack}.rmse_m": round(float(np.sqrt(np.mean(errors**2))), 3),
+        f"{stack}.p99_m": round(float(np.percentile(errors, 99)), 3),
+        f"{stack}.p95_ms": round(1e3 * float(np.percentile(cpu_s, 95)), 3),
+        f"{stack}.lost_found_pct": round(100.0 * float(np.mean(found)), 1),
+        f"{stack}.false_alarms_per_10h": round(sum(map(false_alarms, easy)) * 10.0 / hours, 2),
+        f"{stack}.nees_in_bounds_pct": round(100.0 * float(np.mean(nees <= NEES_MAX)), 1),
+    }
+
+
+def _settled(one: Drive) -> slice:
+    return slice(min(round(SETTLE_S / TICK_S), len(one.error_m) // 2), None)
+
+
+def jumps_found(one: Drive) -> list[bool]:
+    """For each jump of the receiver: the vehicle was not led astray by it, or soon said that it may be."""
+    begins, ends = _episodes(one.wrong > 0)
+    within = round(FOUND_WITHIN_S / TICK_S)
+    found = []
+    for begin, end in zip(begins, ends, strict=True):
+        astray = np.flatnonzero(one.error_m[begin : end + within] > STILL_GOOD_M)
+        if len(astray) == 0:
+            found.append(True)
+            continue
+        first = begin + int(astray[0])
+        found.append(bool((one.drivable[first : first + within] == 0).any()))
+    return found
+
+
+def false_alarms(one: Drive) -> int:
+    """How often the vehicle says that it is not sure while it is near the truth."""
+    begins, ends = _episodes(one.drivable == 0)
+    return sum(
+        bool(np.nanmax(one.error_m[begin:end]) < GOOD_M)
+        for begin, end in zip(begins, ends, strict=True)
+        if begin > 0 and np.isfinite(one.error_m[begin:end]).any()
+    )
+
+
+def _episodes(true: Array) -> tuple[list[int], list[int]]:
+    """First ticks, and ticks after the last, of the stretches that are true."""
+    edges = np.diff(np.concatenate(([0], np.asarray(true, dtype=np.int8), [0])))
+    return np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist()
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--map", type=Path, default=DEFAULT_MAP)
+    parser.add_argument("--stacks", nargs="+", choices=STACKS, default=list(STACKS))
+    parser.add_argument("--km", type=float, default=5.0, help="of each drive")
+    parser.add_argument("--runs", type=int, default=2, help="drives for each stack and condition")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", type=Path)
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()
