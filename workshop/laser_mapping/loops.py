@@ -5,7 +5,6 @@ window grows with the shortest way in the graph between the two, on which dead r
 pose counts if most points lie on the other's lines and few lie in the other's free space, both ways round.
 """
 
-import math
 from collections.abc import Callable
 
 import msgspec
@@ -50,11 +49,11 @@ class LoopParams(msgspec.Struct, frozen=True):
     submap_m: float = 4.0
     reach_m: float = 15.0
     window_m: float = 0.6
-    window_rad: float = math.radians(5.0)
+    window_rad: float = 0.09
     drift_ratio: float = 0.03
-    drift_radpm: float = math.radians(0.3)
+    drift_radpm: float = 0.005
     window_m_max: float = 10.0
-    window_rad_max: float = math.radians(40.0)
+    window_rad_max: float = 0.7
     older_submaps: int = 2
     rounds: int = 2
     tried_max: int = 6

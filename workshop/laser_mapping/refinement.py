@@ -33,9 +33,9 @@ class RefinementParams(msgspec.Struct, frozen=True):
     apart: int = 8
     inlier_ratio_min: float = 0.4
     correction_m: float = 0.5
-    correction_rad: float = math.radians(6.0)
+    correction_rad: float = 0.1
     prior_m: float = 0.2
-    prior_rad: float = math.radians(3.0)
+    prior_rad: float = 0.05
     matches: tuple[MatchParams, ...] = (
         MatchParams(distance_m_first=0.5, residual_m=0.06),
         MatchParams(distance_m_first=0.25, residual_m=0.05),

@@ -29,15 +29,15 @@ class GlobalSearchParams(msgspec.Struct, frozen=True):
     """
 
     spacing_m: float = 0.25
-    spacing_rad: float = math.radians(6.0)
+    spacing_rad: float = 0.105
     poses_max: int = 4_000_000
     beams: int = 90
     apart_m: float = 0.75
-    apart_rad: float = math.radians(18.0)
+    apart_rad: float = 0.315
     places: int = 800
     kept: int = 5000
     spread_m: float = 0.08
-    spread_rad: float = math.radians(1.5)
+    spread_rad: float = 0.026
 
 
 def global_poses(
