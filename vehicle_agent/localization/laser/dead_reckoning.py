@@ -34,6 +34,9 @@ class DeadReckoningParams(msgspec.Struct, frozen=True):
     slip_rad_per_m            and this much turn for each metre
     inlier_ratio_min          a match with fewer inliers is poor
     search_m, search_rad      half the window that is searched after a poor match, plus the step's own length
+    search_penalty            score taken from a pose at the window's border: along a corridor, poses behind
+                              the true one see more known walls
+    search_gain_min           share of inliers by which what was found must be better than the poor match
     raster_m                  cell of the search, and the standard deviation of its nearness
     raster_reach_m            reference points farther from the laser than this are not searched
     reset_m                   a longer step of odometry is a reset of its counters, and not believed
@@ -53,6 +56,8 @@ class DeadReckoningParams(msgspec.Struct, frozen=True):
     inlier_ratio_min: float = 0.6
     search_m: float = 0.4
     search_rad: float = 0.44
+    search_penalty: float = 0.3
+    search_gain_min: float = 0.1
     raster_m: float = 0.1
     raster_reach_m: float = 20.0
     reset_m: float = 5.0
@@ -147,10 +152,11 @@ def _matched(
     window = SearchWindow(
         params.search_m + math.hypot(way[0], way[1]), min(params.search_rad + abs(way[2]), math.pi)
     )
-    found = correlate(surface.points_laser, state.raster, predicted, window, np.array([0.05, 0.05]))
+    penalty = np.array([params.search_penalty, params.search_penalty])
+    found = correlate(surface.points_laser, state.raster, predicted, window, penalty)
     # The prior's mean was wrong: only its shape is kept, around what was found.
     searched = match_to_lines(surface, state.reference, found.pose, prior_information, params.match)
-    if searched.inlier_ratio > match.inlier_ratio + 0.05:
+    if searched.inlier_ratio > match.inlier_ratio + params.search_gain_min:
         return searched
     return match
 

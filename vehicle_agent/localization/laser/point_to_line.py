@@ -23,6 +23,8 @@ class MatchParams(msgspec.Struct, frozen=True):
                                        after a few; it halves in between
     residual_m      scale of the robust weight (Geman-McClure's): a point this far off counts a quarter
     noise_m         standard deviation of one reading's distance to its line
+    normal_variance of a normal's direction (rad2): along a bare corridor, normals that are off seem to say
+                    where the laser is; so much of the greatest information is taken from every direction
     independent     share of the points that count as independent of each other: neighbours share their errors
     """
 
@@ -31,6 +33,7 @@ class MatchParams(msgspec.Struct, frozen=True):
     residual_m: float = 0.08
     noise_m: float = 0.02
     independent: float = 0.5
+    normal_variance: float = 0.015
 
 
 class Match(msgspec.Struct, frozen=True):
@@ -77,6 +80,7 @@ def match_to_lines(
         min(params.distance_m_last, reference.cell_m),
         params.residual_m,
         params.independent / params.noise_m**2,
+        params.normal_variance,
     )
     return Match(pose, information, inlier_ratio, residual_m)
 
@@ -99,6 +103,7 @@ def _match(
     distance_m_last: float,
     residual_scale_m: float,
     weight_1pm2: float,
+    normal_variance: float,
 ) -> tuple[Array, Array, float, float]:
     pose = start.copy()
     information = np.zeros((3, 3))
@@ -140,6 +145,7 @@ def _match(
             if abs(r) < residual_scale_m:
                 inliers += 1
                 squares += r * r
+        _without_normal_noise(information, gradient, normal_variance)
         inlier_ratio = inliers / n
         residual_m = math.sqrt(squares / inliers) if inliers else 0.0
         away = np.array([pose[0] - start[0], pose[1] - start[1], wrap_angle(pose[2] - start[2])])
@@ -156,3 +162,25 @@ def _match(
             break
         distance_m = max(distance_m_last, 0.7 * distance_m)
     return pose, information, inlier_ratio, residual_m
+
+
+@njit(cache=True)
+def _without_normal_noise(information: Array, gradient: Array, normal_variance: float) -> None:
+    """Scales what the lines say along each axis of their translational information (3, 3), (3,), in place."""
+    a, b, c = information[0, 0], information[0, 1], information[1, 1]
+    half_trace, half_difference = 0.5 * (a + c), 0.5 * (a - c)
+    root = math.hypot(half_difference, b)
+    greatest, least = half_trace + root, half_trace - root
+    if greatest <= 0.0:
+        return
+    noise = normal_variance * greatest
+    across = math.sqrt(max(0.0, 1.0 - normal_variance))
+    along = math.sqrt(max(0.0, 1.0 - noise / least)) if least > 0.0 else 0.0
+    angle = 0.5 * math.atan2(b, half_difference)
+    cos, sin = math.cos(angle), math.sin(angle)
+    scale = np.eye(3)
+    scale[0, 0] = across * cos * cos + along * sin * sin
+    scale[0, 1] = scale[1, 0] = (across - along) * cos * sin
+    scale[1, 1] = across * sin * sin + along * cos * cos
+    information[:] = scale @ information @ scale
+    gradient[:] = scale @ gradient

@@ -74,5 +74,21 @@ def test_slow_motion_is_not_standing() -> None:
     assert output.pose[0] == pytest.approx(0.0495, abs=0.002)
 
 
+def test_a_bare_corridor_does_not_hold_the_laser_back() -> None:
+    """Its walls say nothing of the way along it, so that the wheels must."""
+    rng = np.random.default_rng(3)
+    angles = np.radians(np.arange(-90.0, 91.0))
+    with np.errstate(divide="ignore"):
+        walls_m = 1.25 / np.abs(np.sin(angles))
+    state: DeadReckoningState | None = None
+    for number in range(80):
+        ranges_m = walls_m + rng.normal(0.0, 0.01, len(angles))
+        ranges_m[ranges_m > 8.0] = np.nan
+        odometry = np.array([0.25 * number, 0.0, 0.0])
+        output, state = dead_reckoning.step(state, ranges_m, angles, odometry, PARAMS)
+    assert output.pose[0] == pytest.approx(0.25 * 79, abs=0.5)
+    assert abs(output.pose[1]) < 0.6
+
+
 def test_equal_inputs_give_equal_poses() -> None:
     assert (reckoned(DRIVE) == reckoned(DRIVE)).all()
