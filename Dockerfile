@@ -21,6 +21,7 @@ COPY contract contract
 COPY server server
 COPY vehicle_agent vehicle_agent
 COPY simulator simulator
+COPY workshop workshop
 COPY campusloop campusloop
 RUN .venv/bin/pip install --no-cache-dir --no-build-isolation --no-deps -e . -e sdk/python && .venv/bin/campusloop warm
 

@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from benchmarks.reporting.report import RunReport
 
 ROOT = Path(__file__).resolve().parent.parent
-PRODUCTION = ("campusloop", "contract", "server", "vehicle_agent", "simulator")
+PRODUCTION = ("campusloop", "contract", "server", "vehicle_agent", "simulator", "workshop")
 NOT_MEASURED = ("tests/", "migrations/versions/")
 FILES_PER_FOLDER = 15
 

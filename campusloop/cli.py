@@ -22,6 +22,7 @@ _COMMANDS = (
     "runs",
     "rides",
     "waypoints",
+    "workshop",
     "vehicle",
     "dispatch",
     "infrastructure",
@@ -46,6 +47,7 @@ _GROUPS = {
     "runs": "Recorded runs on disk: list, show, export.",
     "vehicle": "A vehicle's response: identify it from a recorded drive.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
+    "workshop": "Offline work on sensor logs: occupancy maps from laser logs.",
 }
 _HIDDEN = ("warm",)
 

@@ -22,7 +22,7 @@ from campusloop.kernels.groups import GROUPS
 from campusloop.kernels.sources import Sources
 from campusloop.telemetry.journal_console import journal_console
 
-PACKAGES = ("contract", "server", "vehicle_agent", "simulator", "campusloop")
+PACKAGES = ("contract", "server", "vehicle_agent", "simulator", "workshop", "campusloop")
 _POLL_S = 0.2
 _PR_SET_PDEATHSIG = 1
 

@@ -24,6 +24,7 @@ GROUPS = {
         Group("snow_lion", "vehicle_agent.stacks.warm:warm_snow_lion"),
         Group("bound", "campusloop.studies.bound.warm:warm_kernels"),
         Group("simulator", "simulator.warm:warm_kernels"),
+        Group("laser_mapping", "workshop.laser_mapping.warm:warm_kernels"),
         Group("gem", "vehicle_agent.stacks.warm:warm_gem"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),
@@ -34,6 +35,7 @@ GROUPS = {
 EVERYTHING = tuple(GROUPS)
 SERVER = ("search", "bookings")
 SIMULATOR = ("simulator",)
+WORKSHOP = ("laser_mapping",)
 
 
 def for_vehicle(stack: str) -> tuple[str, ...]:

@@ -16,6 +16,12 @@ from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.signalling import VehicleSignalling
 from vehicle_agent.link import client, clock, outbox, session, upload
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
+from vehicle_agent.localization.laser.dead_reckoning import DeadReckoningParams
+from vehicle_agent.localization.laser.point_to_line import MatchParams
+from vehicle_agent.localization.laser.surfaces import SurfaceParams
+from vehicle_agent.localization.monte_carlo.global_search import GlobalSearchParams
+from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
+from vehicle_agent.localization.monte_carlo.localization import MonteCarloParams
 from vehicle_agent.localization.odometry_ekf import OdometryNoise
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
@@ -44,6 +50,14 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
     "localization": (GnssInsLocalization, OdometryNoise),
+    "laser": (
+        DeadReckoningParams,
+        SurfaceParams,
+        MatchParams,
+        MonteCarloParams,
+        FieldParams,
+        GlobalSearchParams,
+    ),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
     "screen": (screen_process, screen_requests, cabin_view),

@@ -1,0 +1,1 @@
+"""Monte-Carlo localization: the laser's pose in an occupancy map, by particles."""

@@ -1,0 +1,1 @@
+"""CARMEN logs: planar laser scans with odometry, as text."""

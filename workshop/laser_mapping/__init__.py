@@ -1,0 +1,1 @@
+"""Occupancy maps from laser logs: simultaneous localization and mapping in the plane."""
