@@ -79,6 +79,8 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.RideNotEnded: 409,
     errors.RideNotCompleted: 409,
     errors.IllegalTransition: 409,
+    errors.NoticesUnavailable: 409,
+    errors.PushSubscriptionInvalid: 400,
     errors.PartyTooLarge: 409,
     errors.PartyInvalid: 400,
     errors.SameStop: 400,

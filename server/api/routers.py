@@ -20,7 +20,7 @@ from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
 from server.api.replays import routes as replays
-from server.api.rides import records
+from server.api.rides import notices, records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
 from server.api.runs import segments
@@ -64,6 +64,7 @@ def bare_app(**options: Any) -> FastAPI:
         map_drafts.router,
         maps.router,
         rides.router,
+        notices.router,
         records.router,
         series.router,
         service.router,

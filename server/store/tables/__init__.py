@@ -44,6 +44,7 @@ from server.store.tables.records import (
 from server.store.tables.rides import (
     decisions,
     occurrences,
+    push_subscriptions,
     ride_decisions,
     ride_feedback,
     rides,
@@ -83,6 +84,7 @@ __all__ = [
     "operators",
     "orders",
     "plans",
+    "push_subscriptions",
     "ride_decisions",
     "ride_feedback",
     "rides",

@@ -122,6 +122,12 @@ export const zh: PassengerTexts = {
   shuttle: "车辆",
   seats_left: (seats) => (seats === 0 ? "已满座" : `余 ${seats} 座`),
   vibrate: "车辆到站时振动提醒",
+  notices_ask: "车辆快到时通知我",
+  notices_hint: "关闭页面后也会通知；行程变更或取消时同样会通知。",
+  notices_on: "车辆快到时会通知您，关闭页面后也有效。",
+  notices_stop: "不再通知",
+  notices_denied: "如需在车辆快到时收到通知，请在浏览器中允许此页面发送通知。",
+  notices_failed: "浏览器的消息服务没有响应，请稍后再试。",
 
   booked: "您的行程已预约",
   booked_for: (time) => `您的行程已预约：${time}`,

@@ -537,6 +537,67 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/campus/notices": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Notice Key
+         * @description The key that browsers subscribe to notices with.
+         */
+        get: operations["get_notice_key"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/{token}/notices": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Ask For Notices
+         * @description Tell this browser when the shuttle is near and when it is there, and if the ride changes or is
+         *     cancelled: each once. The subscription is dropped when the ride has ended.
+         */
+        put: operations["ask_for_notices"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/{token}/notices/{subscription_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Stop Notices
+         * @description Send this browser nothing more of the ride.
+         */
+        delete: operations["stop_notices"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides/id/{ride_id}": {
         parameters: {
             query?: never;
@@ -3910,6 +3971,20 @@ export interface components {
             /** Text */
             text: string;
         };
+        /**
+         * NoticeKeyView
+         * @description What a page needs before it asks its browser for a subscription.
+         * @example {
+         *       "public_key": "BP4z9KsN6nGRTbVYI_c7VJSPQTBtkgcy27mlmlMoZIIgDll6e3vCYLocInmYWAmS6TlzAC8wEqKK6PBru3jl7A8"
+         *     }
+         */
+        NoticeKeyView: {
+            /**
+             * Public Key
+             * @description `applicationServerKey`, a point of P-256 in base64url; empty: this server sends none.
+             */
+            public_key: string;
+        };
         /** ObservationAreaBody */
         ObservationAreaBody: {
             /** Area Id */
@@ -5650,6 +5725,45 @@ export interface components {
             y_m: number;
             /** Placed By */
             placed_by: string;
+        };
+        /**
+         * SubscriptionRequest
+         * @description A browser's push subscription (W3C Push API), with the language of its notices.
+         * @example {
+         *       "endpoint": "https://push.example/send/f1N8c2",
+         *       "p256dh": "BCVxsr7N_eNgVRqvHtD0zTZsEc6-VV-JvLexhqUzORcxaOzi6-AYWXvTBHm4bjyPjs7Vd8pZGH6SRpkNtoIAiw4",
+         *       "auth": "BTBZMqHH6r4Tts7J_aSIgg",
+         *       "language": "en"
+         *     }
+         */
+        SubscriptionRequest: {
+            /** Endpoint */
+            endpoint: string;
+            /**
+             * P256Dh
+             * @description The browser's key, in base64url.
+             */
+            p256dh: string;
+            /**
+             * Auth
+             * @description The browser's secret, in base64url.
+             */
+            auth: string;
+            /**
+             * Language
+             * @enum {string}
+             */
+            language: "en" | "zh";
+        };
+        /**
+         * SubscriptionView
+         * @example {
+         *       "subscription_id": "aa1000b1f700163dbc128e45de931e09"
+         *     }
+         */
+        SubscriptionView: {
+            /** Subscription Id */
+            subscription_id: string;
         };
         /**
          * TapView
@@ -8624,6 +8738,171 @@ export interface operations {
             };
             /** @description The body is larger than allowed. */
             413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_notice_key: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NoticeKeyView"];
+                };
+            };
+        };
+    };
+    ask_for_notices: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                /** @description The secret of the passenger's link, from the answer to the booking. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SubscriptionRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SubscriptionView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_notices: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                /** @description The secret of the passenger's link, from the answer to the booking. */
+                token: string;
+                subscription_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
