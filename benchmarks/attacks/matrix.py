@@ -25,7 +25,7 @@ SCOPE_SETS: tuple[tuple[Scope, ...], ...] = (
 )
 
 PUBLIC = """get_campus list_stops get_campus_map find_ride look_for_ride get_timetable sign_in get_health
-get_readiness get_notice_key"""
+get_readiness get_notice_key get_stop_board get_stop_code"""
 # By a link; by a code; by a signature: everybody may try, and only the holder gets anything.
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
 ask_for_notices stop_notices get_series cancel_series cancel_series_day"""

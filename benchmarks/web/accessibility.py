@@ -159,6 +159,9 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
     shown("map-editor-chosen")
     # A campus keeps so many drafts at a time.
     server.http.delete(f"/maps/drafts/{draft['draft_id']}").raise_for_status()
+    page.goto(f"{server.origin}/board/{server.http.get('/stops').json()[0]['stop_id']}")
+    page.locator("img.code").wait_for()
+    shown("stop-board")
 
 
 _PLACES = ("rides", "service", "maps", "incidents", "runs", "statistics", "audit", "access")

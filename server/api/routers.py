@@ -7,8 +7,8 @@ from fastapi import APIRouter, FastAPI
 from server.api import problems
 from server.api.audit import routes as audit
 from server.api.basic import routes as basic
+from server.api.campus import boards, travel_times
 from server.api.campus import routes as campus
-from server.api.campus import travel_times
 from server.api.closures import routes as closures
 from server.api.health import routes as health
 from server.api.incidents import routes as incidents
@@ -60,6 +60,7 @@ def bare_app(**options: Any) -> FastAPI:
     api = APIRouter(prefix=PREFIX, max_body_size=REQUEST_BYTES_MAX)
     for router in (
         campus.router,
+        boards.router,
         map_uploads.router,
         map_drafts.router,
         maps.router,

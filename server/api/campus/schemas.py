@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
 
 from contract.geometry import Array
 from contract.roads.areas import outline_array
@@ -20,6 +21,18 @@ from server.usecases.record.calendars import ServiceDay
 
 # Finer than a pixel at any zoom a phone shows a campus at.
 DRAWING_TOLERANCE_M = 0.25
+
+
+STOP_EXAMPLE: JsonDict = {
+    "stop_id": "library",
+    "name": "图书馆",
+    "name_en": "Library",
+    "lane_id": "lane-17",
+    "s_m": 42.5,
+    "x_m": 120.4,
+    "y_m": -33.1,
+    "placed_by": "tag",
+}
 
 
 class OriginView(BaseModel):
@@ -76,20 +89,7 @@ class CampusView(BaseModel):
 
 
 class StopView(BaseModel):
-    model_config = ConfigDict(
-        json_schema_extra={
-            "example": {
-                "stop_id": "library",
-                "name": "图书馆",
-                "name_en": "Library",
-                "lane_id": "lane-17",
-                "s_m": 42.5,
-                "x_m": 120.4,
-                "y_m": -33.1,
-                "placed_by": "tag",
-            }
-        }
-    )
+    model_config = ConfigDict(json_schema_extra={"example": STOP_EXAMPLE})
 
     stop_id: str
     name: str

@@ -54,6 +54,11 @@ def seats_left_of(uow: UnitOfWork, departure: Departure) -> tuple[int | None, ..
     return tuple(free[visits[number]] if number in visits else None for number in range(len(departure.calls)))
 
 
+def seats_left_at(uow: UnitOfWork, vehicle: Vehicle, plan: Plan) -> Mapping[str, int]:
+    """Free seats when the vehicle leaves each visit of its plan, by visit id."""
+    return _seats_left_by_visit(_fleet(uow, {vehicle.vehicle_id}), plan, vehicle.seats)
+
+
 def people_after(plan: Plan, parties: Mapping[str, int], aboard: int) -> dict[str, int]:
     """How many people are aboard after each visit, by visit id. parties: people by ride id."""
     found: dict[str, int] = {}

@@ -33,6 +33,8 @@ PUBLIC_READING = {
     ("GET", "/stops"),
     ("GET", "/campus/map"),
     ("GET", "/campus/notices"),
+    ("GET", "/stops/{stop_id}/board"),
+    ("GET", "/stops/{stop_id}/board/code"),
     ("GET", "/rides/lookup"),
     ("GET", "/rides/{token}"),
     ("GET", "/rides/{token}/taps/{tap_id}"),

@@ -820,6 +820,9 @@ export const en = {
   hours: "Hours for rides",
   hours_hint:
     "Example: 07:30-12:00, 13:30-25:00. 25:00 is 1 a.m. of the next day. Leave it empty for a service with trips only.",
+  stop_boards: "Stop boards",
+  stop_boards_hint:
+    "A page for a screen at the stop: next departures and a code to book from there.",
   timetable_today: "Timetable today",
   timetable_trip: "Trip",
   calls: "First – last call",

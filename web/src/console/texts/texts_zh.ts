@@ -747,6 +747,8 @@ export const zh: ConsoleTexts = {
   last_day: "末日（选填）",
   hours: "可预约时段",
   hours_hint: "例如 07:30-12:00, 13:30-25:00；25:00 即次日一点。仅有班次的服务留空。",
+  stop_boards: "站牌屏幕",
+  stop_boards_hint: "供站点屏幕使用的页面：即将发车的班次和预约二维码。",
   timetable_today: "今日时刻表",
   timetable_trip: "班次",
   calls: "首站 – 末站",

@@ -61,6 +61,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/stops/{stop_id}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Stop Board
+         * @description What a screen at this stop shows: the next trips of the timetable, and the shuttles that come.
+         */
+        get: operations["get_stop_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/stops/{stop_id}/board/code": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Stop Code
+         * @description A QR code of the address at which a ride from this stop is booked, for screens and for print.
+         */
+        get: operations["get_stop_code"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/maps/drafts/files": {
         parameters: {
             query?: never;
@@ -2307,6 +2347,136 @@ export interface components {
             previous_sha256: string;
         };
         /**
+         * BoardDepartureView
+         * @description A trip of the timetable that leaves this stop.
+         */
+        BoardDepartureView: {
+            /** Trip Id */
+            trip_id: string;
+            /**
+             * Leave At
+             * Format: date-time
+             * @description By the timetable; never earlier.
+             */
+            leave_at: string;
+            /**
+             * To Stop
+             * @description Where the trip ends.
+             */
+            to_stop: string;
+            /** To Name */
+            to_name: string;
+            /** To Name En */
+            to_name_en: string;
+            state: components["schemas"]["DepartureState"];
+            /**
+             * Vehicle Name
+             * @description Empty until the trip has a shuttle.
+             */
+            vehicle_name: string;
+            /** @description Null until it has one, and while no time can be told. */
+            expected: components["schemas"]["RangeView"] | null;
+            /** Is Here */
+            is_here: boolean;
+            /**
+             * Is Last
+             * @description No later trip of the day leaves this stop.
+             */
+            is_last: boolean;
+            /** Seats Left */
+            seats_left: number | null;
+        };
+        /**
+         * BoardShuttleView
+         * @description A shuttle that comes for riders who booked.
+         */
+        BoardShuttleView: {
+            /** Vehicle Name */
+            vehicle_name: string;
+            /** @description Null while it stands or is out of reach. */
+            expected: components["schemas"]["RangeView"] | null;
+            /** Is Here */
+            is_here: boolean;
+            /** Seats Left */
+            seats_left: number | null;
+        };
+        /**
+         * BoardView
+         * @description The next departures of a stop. It names no rider.
+         * @example {
+         *       "stop": {
+         *         "stop_id": "library",
+         *         "name": "图书馆",
+         *         "name_en": "Library",
+         *         "lane_id": "lane-17",
+         *         "s_m": 42.5,
+         *         "x_m": 120.4,
+         *         "y_m": -33.1,
+         *         "placed_by": "tag"
+         *       },
+         *       "timezone": "Asia/Shanghai",
+         *       "now": "2026-09-01T08:14:31Z",
+         *       "departures": [
+         *         {
+         *           "trip_id": "evening-3",
+         *           "leave_at": "2026-09-01T08:20:00Z",
+         *           "to_stop": "east-gate",
+         *           "to_name": "东门",
+         *           "to_name_en": "East Gate",
+         *           "state": "assigned",
+         *           "vehicle_name": "Shuttle 1",
+         *           "expected": {
+         *             "earliest": "2026-09-01T08:20:00Z",
+         *             "latest": "2026-09-01T08:21:30Z"
+         *           },
+         *           "is_here": false,
+         *           "is_last": false,
+         *           "seats_left": 4
+         *         }
+         *       ],
+         *       "shuttles": [],
+         *       "open_now": true,
+         *       "opens_next": "2026-09-01T08:14:31Z",
+         *       "closes_at": "2026-09-01T14:00:00Z",
+         *       "holiday": null,
+         *       "book_url": "https://campus.example/?from=library"
+         *     }
+         */
+        BoardView: {
+            stop: components["schemas"]["StopView"];
+            /** Timezone */
+            timezone: string;
+            /**
+             * Now
+             * Format: date-time
+             * @description The server's clock; all times refer to it.
+             */
+            now: string;
+            /**
+             * Departures
+             * @description By time; those that have left are not shown.
+             */
+            departures: components["schemas"]["BoardDepartureView"][];
+            /**
+             * Shuttles
+             * @description Those that stand here first, then by time.
+             */
+            shuttles: components["schemas"]["BoardShuttleView"][];
+            /** Open Now */
+            open_now: boolean;
+            /** Opens Next */
+            opens_next: string | null;
+            /** Closes At */
+            closes_at: string | null;
+            /** Holiday */
+            holiday: string | null;
+            /**
+             * Book Url
+             * @description Where a ride from this stop is booked.
+             */
+            book_url: string;
+        };
+        /**
          * BuildingShape
          * @description An outline, closed implicitly. xy is x0, y0, x1, y1, ... in metres.
          */
@@ -4392,6 +4562,22 @@ export interface components {
              * Format: date-time
              */
             arrival_at: string;
+        };
+        /**
+         * RangeView
+         * @description In 9 of 10 cases between these.
+         */
+        RangeView: {
+            /**
+             * Earliest
+             * Format: date-time
+             */
+            earliest: string;
+            /**
+             * Latest
+             * Format: date-time
+             */
+            latest: string;
         };
         /**
          * Readiness
@@ -6679,6 +6865,86 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_stop_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                stop_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardView"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_stop_code: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                stop_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description A picture. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/svg+xml": string;
+                };
             };
             /** @description Not Found */
             404: {
