@@ -14,7 +14,7 @@ from server.api.formats import StopId
 from server.api.problems import problems
 from server.api.services import InjectedServices
 from server.domain.errors import CampusUnknown, StopUnknown
-from server.domain.planning.eta_ranges import PickupRange
+from server.domain.planning.eta_ranges import ExpectedRange
 from server.domain.service.timetable import DepartureState
 from server.usecases.fleet import campus, stop_boards
 from server.usecases.fleet.stop_boards import BoardDeparture, BoardShuttle, StopBoard
@@ -182,5 +182,5 @@ def _shuttle(row: BoardShuttle) -> BoardShuttleView:
     )
 
 
-def _range(given: PickupRange | None) -> RangeView | None:
+def _range(given: ExpectedRange | None) -> RangeView | None:
     return None if given is None else RangeView(earliest=given.earliest, latest=given.latest)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from typing import Literal
 
-from server.domain.planning.eta_ranges import PickupRange
+from server.domain.planning.eta_ranges import ExpectedRange
 from server.domain.rides.rides import Ride, RideState
 
 Language = Literal["en", "zh"]
@@ -63,7 +63,7 @@ class Notice:
     key: str
 
 
-def notices_of(ride: Ride, pickup: PickupRange | None, now: datetime) -> tuple[Notice, ...]:
+def notices_of(ride: Ride, pickup: ExpectedRange | None, now: datetime) -> tuple[Notice, ...]:
     """What can be said of the ride now, the most urgent first.
 
     pickup  its range, None while no time can be promised

@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 
 from server.domain.errors import StopUnknown
 from server.domain.fleet.vehicles import Vehicle
-from server.domain.planning.eta_ranges import PickupRange, PlannedPickup, pickup_range
+from server.domain.planning.eta_ranges import ExpectedRange, PlannedPickup, pickup_range
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.roads.stops import CampusStop
 from server.domain.service.timetable import Departure, DepartureState
@@ -33,7 +33,7 @@ class BoardDeparture:
     to_stop: str
     state: DepartureState
     vehicle_name: str
-    expected: PickupRange | None
+    expected: ExpectedRange | None
     is_here: bool
     is_last: bool
     seats_left: int | None
@@ -47,7 +47,7 @@ class BoardShuttle:
     """
 
     vehicle_name: str
-    expected: PickupRange | None
+    expected: ExpectedRange | None
     is_here: bool
     seats_left: int | None
 
@@ -197,7 +197,7 @@ def _shuttles(uow: UnitOfWork, coming: tuple[_Coming, ...]) -> tuple[BoardShuttl
     )
 
 
-def _expected(uow: UnitOfWork, one: _Coming, opens: datetime) -> PickupRange | None:
+def _expected(uow: UnitOfWork, one: _Coming, opens: datetime) -> ExpectedRange | None:
     """None for a shuttle that stands at the stop, that is held, or out of reach."""
     if one.is_here or one.visit.eta is None or not one.vehicle.connected or one.vehicle.held:
         return None

@@ -13,7 +13,7 @@ from zoneinfo import ZoneInfo
 import msgspec
 
 from server.domain.errors import PushSubscriptionInvalid, RideEnded, WebhookInvalid
-from server.domain.planning.eta_ranges import PickupRange
+from server.domain.planning.eta_ranges import ExpectedRange
 from server.domain.record.webhooks import checked_url
 from server.domain.rides.notices import (
     Language,
@@ -202,7 +202,7 @@ def _rides(uow: UnitOfWork, subscriptions: Sequence[PushSubscription]) -> dict[s
 
 
 def _next(
-    uow: UnitOfWork, subscription: PushSubscription, ride: Ride, pickup: PickupRange | None
+    uow: UnitOfWork, subscription: PushSubscription, ride: Ride, pickup: ExpectedRange | None
 ) -> Notice | None:
     said = notices_of(ride, pickup, uow.now)
     return next((notice for notice in said if notice.key not in subscription.told), None)
@@ -213,7 +213,7 @@ def _message(
     ride: Ride,
     subscription: PushSubscription,
     notice: Notice,
-    pickup: PickupRange | None,
+    pickup: ExpectedRange | None,
     vehicle_name: str,
 ) -> PushMessage:
     language = subscription.language
@@ -225,7 +225,7 @@ def _message(
 
 
 def _facts(
-    uow: UnitOfWork, ride: Ride, language: Language, pickup: PickupRange | None, vehicle_name: str
+    uow: UnitOfWork, ride: Ride, language: Language, pickup: ExpectedRange | None, vehicle_name: str
 ) -> NoticeFacts:
     network, promise = uow.network(), ride.promise
     stop = next((stop for stop in network.road_map.stops if stop.stop_id == ride.from_stop), None)

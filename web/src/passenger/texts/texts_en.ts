@@ -150,6 +150,7 @@ export const en = {
   at_pickup_detail: "Get in, then enter the boarding code or tap “I’m on board”.",
   aboard: "You are on your way",
   aboard_in: (minutes: string) => `You arrive ${minutes}`,
+  aboard_between: (from: string, to: string) => `You arrive between ${from} and ${to}`,
   aboard_at: (time: string) => `You arrive at ${time}`,
   at_destination: "You have arrived",
   at_destination_detail: "Get off carefully and tap “I’m off”.",

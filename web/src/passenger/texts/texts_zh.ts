@@ -145,6 +145,7 @@ export const zh: PassengerTexts = {
   at_pickup_detail: "请上车，然后输入上车码，或点按“我已上车”。",
   aboard: "正在前往目的地",
   aboard_in: (minutes) => `${minutes}到达`,
+  aboard_between: (from, to) => `预计 ${from} 至 ${to} 之间到达`,
   aboard_at: (time) => `预计 ${time} 到达`,
   at_destination: "您已到达",
   at_destination_detail: "请小心下车，并点按“我已下车”。",

@@ -2533,6 +2533,8 @@ export interface components {
          *         "pickup_earliest": "2026-09-01T08:17:30Z",
          *         "pickup_latest": "2026-09-01T08:20:30Z",
          *         "arrival_eta": "2026-09-01T08:26:05Z",
+         *         "arrival_earliest": null,
+         *         "arrival_latest": null,
          *         "boarded_at": null,
          *         "ended_at": null,
          *         "reason": "",
@@ -4854,6 +4856,8 @@ export interface components {
          *       "pickup_earliest": "2026-09-01T08:17:30Z",
          *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "arrival_earliest": null,
+         *       "arrival_latest": null,
          *       "boarded_at": null,
          *       "ended_at": null,
          *       "reason": "",
@@ -4916,6 +4920,13 @@ export interface components {
             pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
+            /**
+             * Arrival Earliest
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             */
+            arrival_earliest?: string | null;
+            /** Arrival Latest */
+            arrival_latest?: string | null;
             /** Boarded At */
             boarded_at: string | null;
             /** Ended At */
@@ -5008,6 +5019,7 @@ export interface components {
          * @description One ride that has not ended yet, or has ended a moment ago.
          *
          *         pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
+         *         arrival_earliest_ms, arrival_latest_ms  0 unless the party is aboard, and while no time can be told
          *         seats_left  free seats of its shuttle beside the party; None while not known
          */
         RideScene: {
@@ -5037,6 +5049,10 @@ export interface components {
             pickup_latest_ms: number;
             /** @default null */
             seats_left: number | null;
+            /** @default 0 */
+            arrival_earliest_ms: number;
+            /** @default 0 */
+            arrival_latest_ms: number;
         };
         /**
          * RideState
@@ -5067,6 +5083,8 @@ export interface components {
          *       "pickup_earliest": "2026-09-01T08:17:30Z",
          *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "arrival_earliest": null,
+         *       "arrival_latest": null,
          *       "boarded_at": null,
          *       "ended_at": null,
          *       "reason": "",
@@ -5129,6 +5147,13 @@ export interface components {
             pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
+            /**
+             * Arrival Earliest
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             */
+            arrival_earliest?: string | null;
+            /** Arrival Latest */
+            arrival_latest?: string | null;
             /** Boarded At */
             boarded_at: string | null;
             /** Ended At */
@@ -5208,6 +5233,8 @@ export interface components {
          *       "pickup_earliest": "2026-09-01T08:17:30Z",
          *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "arrival_earliest": null,
+         *       "arrival_latest": null,
          *       "boarded_at": null,
          *       "ended_at": null,
          *       "reason": "",
@@ -5267,6 +5294,13 @@ export interface components {
             pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
+            /**
+             * Arrival Earliest
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             */
+            arrival_earliest?: string | null;
+            /** Arrival Latest */
+            arrival_latest?: string | null;
             /** Boarded At */
             boarded_at: string | null;
             /** Ended At */
