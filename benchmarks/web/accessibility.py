@@ -146,6 +146,11 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
         page.goto(f"{server.origin}/console#/{place}")
         page.locator("main h1, main h2").first.wait_for()
         shown(place)
+        if place == "service":
+            page.get_by_role("button", name=re.compile("^(Edit the timetable|编辑时刻表)$")).click()
+            page.get_by_role("button", name=re.compile("^(New trip|新班次)$")).click()
+            page.locator(".trip-form").wait_for()
+            shown("timetable-editor")
     begun_ms = round(time.time() * 1000) - 3_600_000
     page.goto(f"{server.origin}/console#/runs/@fleet/{begun_ms}/7200/{begun_ms + 3_590_000}")
     page.locator(".timeline").wait_for()

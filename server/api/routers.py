@@ -26,6 +26,7 @@ from server.api.runs import routes as runs
 from server.api.runs import segments
 from server.api.series import routes as series
 from server.api.service import routes as service
+from server.api.service import timetables
 from server.api.sessions import routes as sessions
 from server.api.sessions import second_factor
 from server.api.shift_log import routes as shift_log
@@ -69,6 +70,7 @@ def bare_app(**options: Any) -> FastAPI:
         records.router,
         series.router,
         service.router,
+        timetables.router,
         closures.router,
         travel_times.router,
         sessions.router,

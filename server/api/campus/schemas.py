@@ -175,6 +175,8 @@ def campus_view(
     calendar: ServiceCalendar,
     today: ServiceDay,
     vehicles: Iterable[Vehicle],
+    *,
+    has_timetable: bool,
 ) -> CampusView:
     road_map = network.road_map
     last_run = today.last_run
@@ -192,7 +194,7 @@ def campus_view(
         opens_next=calendar.next_opening(now),
         closes_at=calendar.closes_after(now),
         holiday=None if today.holiday is None else today.holiday.note,
-        has_timetable=bool(road_map.timetable),
+        has_timetable=has_timetable,
         last_run_at=None if last_run is None else last_run.calls[0].leave_at,
         seats_max=rules.seats_max,
         wheelchairs_max=max((vehicle.wheelchair_places for vehicle in vehicles), default=0),

@@ -104,6 +104,9 @@ from server.domain.errors.service import (
     PatternInUse,
     PatternInvalid,
     PatternUnknown,
+    TimetableChanged,
+    TimetableInvalid,
+    TimetableUnknown,
 )
 from server.domain.errors.store import OutcomeUnknown, StoreFailure, StoreUnavailable
 
@@ -189,6 +192,9 @@ __all__ = (
     "StoreFailure",
     "StoreUnavailable",
     "TicketKeyMissing",
+    "TimetableChanged",
+    "TimetableInvalid",
+    "TimetableUnknown",
     "TokenInvalid",
     "TooManyDrafts",
     "TooManyWebhooks",

@@ -58,6 +58,7 @@ from server.store.tables.service import (
     maps,
     service_exceptions,
     service_patterns,
+    timetables,
 )
 
 __all__ = [
@@ -98,6 +99,7 @@ __all__ = [
     "service_patterns",
     "taps",
     "ticket_keys",
+    "timetables",
     "travel_time_factors",
     "vehicle_commands",
     "vehicle_events",

@@ -997,6 +997,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/service/trips": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Service Trips
+         * @description The timetable in force, and its versions.
+         */
+        get: operations["get_service_trips"];
+        /**
+         * Put Service Trips
+         * @description Put a new version in force. 412 if another operator was first: both versions are kept.
+         */
+        put: operations["put_service_trips"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/trips/{revision}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Timetable Version
+         * @description An earlier version: save its trips again to return to it. 0 is the map's own timetable.
+         */
+        get: operations["get_timetable_version"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/trips/previews": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Timetable
+         * @description What this version would change. Nothing is saved.
+         */
+        post: operations["preview_timetable"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/closures": {
         parameters: {
             query?: never;
@@ -2203,6 +2267,18 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** AffectedDeparture */
+        AffectedDeparture: {
+            /** Departure Id */
+            departure_id: string;
+            /**
+             * Leave At
+             * Format: date-time
+             */
+            leave_at: string;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+        };
         /**
          * AlternativeView
          * @description What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
@@ -6033,6 +6109,38 @@ export interface components {
             last_good_at: string | null;
         };
         /**
+         * TimetableBody
+         * @description All trips: a trip that is left out is removed.
+         * @example {
+         *       "trips": [
+         *         {
+         *           "trip_id": "morning-1",
+         *           "service_id": "term",
+         *           "calls": [
+         *             {
+         *               "stop_id": "library",
+         *               "leaves": "08:00"
+         *             },
+         *             {
+         *               "stop_id": "east-gate",
+         *               "leaves": "08:12"
+         *             }
+         *           ]
+         *         }
+         *       ],
+         *       "note": "Earlier buses"
+         *     }
+         */
+        TimetableBody: {
+            /** Trips */
+            trips: components["schemas"]["Trip"][];
+            /**
+             * Note
+             * @default
+             */
+            note: string;
+        };
+        /**
          * TimetableDay
          * @description What runs on one local day.
          * @example {
@@ -6088,6 +6196,85 @@ export interface components {
             hours: components["schemas"]["SpanView"][];
             /** Trips */
             trips: components["schemas"]["TripView"][];
+        };
+        /**
+         * TimetableEffectView
+         * @description What a version changes.
+         * @example {
+         *       "added": [
+         *         "morning-2"
+         *       ],
+         *       "removed": [],
+         *       "changed": [
+         *         "morning-1"
+         *       ],
+         *       "withdrawn": [],
+         *       "kept": []
+         *     }
+         */
+        TimetableEffectView: {
+            /** Added */
+            added: string[];
+            /** Removed */
+            removed: string[];
+            /** Changed */
+            changed: string[];
+            /**
+             * Withdrawn
+             * @description Departures that are taken back; of a changed trip, they are entered with the new times.
+             */
+            withdrawn: components["schemas"]["AffectedDeparture"][];
+            /**
+             * Kept
+             * @description Departures that have begun: they run as they were.
+             */
+            kept: components["schemas"]["AffectedDeparture"][];
+        };
+        /**
+         * TimetableView
+         * @example {
+         *       "revision": 0,
+         *       "trips": [
+         *         {
+         *           "trip_id": "morning-1",
+         *           "service_id": "term",
+         *           "calls": [
+         *             {
+         *               "stop_id": "library",
+         *               "leaves": "08:00"
+         *             },
+         *             {
+         *               "stop_id": "east-gate",
+         *               "leaves": "08:12"
+         *             }
+         *           ]
+         *         }
+         *       ],
+         *       "made_by": "",
+         *       "made_at": null,
+         *       "note": "",
+         *       "versions": []
+         *     }
+         */
+        TimetableView: {
+            /**
+             * Revision
+             * @description 0: the map's own timetable, which no operator has changed.
+             */
+            revision: number;
+            /** Trips */
+            trips: components["schemas"]["Trip"][];
+            /** Made By */
+            made_by: string;
+            /** Made At */
+            made_at: string | null;
+            /** Note */
+            note: string;
+            /**
+             * Versions
+             * @description The newest first; they can be read and saved again.
+             */
+            versions: components["schemas"]["VersionView"][];
         };
         /**
          * TokenRequest
@@ -6229,6 +6416,49 @@ export interface components {
             time_s: number;
             /** Xy */
             xy: number[];
+        };
+        /**
+         * Trip
+         * @description A scheduled run on the days of its service.
+         * @example {
+         *       "trip_id": "morning-1",
+         *       "service_id": "term",
+         *       "calls": [
+         *         {
+         *           "stop_id": "library",
+         *           "leaves": "08:00"
+         *         },
+         *         {
+         *           "stop_id": "east-gate",
+         *           "leaves": "08:12"
+         *         }
+         *       ]
+         *     }
+         */
+        Trip: {
+            /** Trip Id */
+            trip_id: string;
+            /**
+             * Service Id
+             * @description Whose calendar says on which days it runs; empty: every day but holidays.
+             * @default
+             */
+            service_id: string;
+            /** Calls */
+            calls: components["schemas"]["TripCall"][];
+        };
+        /**
+         * TripCall
+         * @description Campus local time; after 24:00 is on the next day.
+         */
+        TripCall: {
+            /** Stop Id */
+            stop_id: string;
+            /**
+             * Leaves
+             * @example 08:00
+             */
+            leaves: string;
         };
         /** TripView */
         TripView: {
@@ -6545,6 +6775,22 @@ export interface components {
             charged_at_ms: number;
             /** @default 0 */
             unavailable_since_ms: number;
+        };
+        /** VersionView */
+        VersionView: {
+            /** Revision */
+            revision: number;
+            /** Trips */
+            trips: number;
+            /** Made By */
+            made_by: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Note */
+            note: string;
         };
         /**
          * VisitScene
@@ -10799,6 +11045,347 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_service_trips: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_service_trips: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TimetableBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_timetable_version: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                revision: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_timetable: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TimetableBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableEffectView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
                 headers: {
                     [name: string]: unknown;
                 };
