@@ -15,7 +15,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import PHONE, OpenPage
-from tests.e2e.passenger import book
+from tests.e2e.passenger import book, cancel
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
 from tests.server.push_service import PushService, serving
@@ -135,3 +135,4 @@ def test_a_passenger_can_stop_it_and_one_who_forbids_notices_reads_how_to_allow_
         page.reload()
         page.get_by_role("button", name="Tell me when the shuttle is near").click()
         expect(page.get_by_text("allow notifications for this page")).to_be_visible()
+        cancel(page)

@@ -18,13 +18,13 @@ def test_an_operator_finds_the_board_on_which_a_coming_shuttle_stands_and_a_code
 ) -> None:
     shuttle.speed_mps = 0.0
     stops = {stop["name_en"]: stop["stop_id"] for stop in server.http.get("/stops").json()}
-    wish = {"from_stop": stops["Main Library"], "to_stop": stops["Gymnasium"]}
+    wish = {"from_stop": stops["Yongfu Temple"], "to_stop": stops["Gymnasium"]}
     ride = server.change("POST", "/rides", wish)
     console = open_page("/console#/service")
     sign_in(console)
-    link = console.get_by_role("link", name="Main Library")
+    link = console.get_by_role("link", name="Yongfu Temple")
     board = open_page(str(link.get_attribute("href")))
-    expect(board.get_by_role("heading", name="Main Library")).to_be_visible()
+    expect(board.get_by_role("heading", name="Yongfu Temple")).to_be_visible()
     row = board.locator("[data-shuttle='Shuttle 1']")
     expect(row).to_contain_text(re.compile(r"\d min"))
     assert ride["ride_code"] not in board.content()
@@ -32,7 +32,7 @@ def test_an_operator_finds_the_board_on_which_a_coming_shuttle_stands_and_a_code
     expect(code).to_be_visible()
     assert code.evaluate("picture => picture.complete && picture.naturalWidth > 0")
     booking = open_page(str(code.get_attribute("alt")).removeprefix(server.origin), **PHONE)
-    expect(booking.get_by_role("button", name=re.compile("^From"))).to_contain_text("Main Library")
+    expect(booking.get_by_role("button", name=re.compile("^From"))).to_contain_text("Yongfu Temple")
     server.change("POST", f"/rides/{ride['token']}/cancel")
     expect(board.get_by_text("No shuttle is on its way to this stop.")).to_be_visible()
 
