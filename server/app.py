@@ -38,6 +38,7 @@ from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import Dispatcher
 from server.loops.outages import OutageRecorder
 from server.loops.retention import RetentionLoop
+from server.loops.ride_notices import RideNotices
 from server.loops.series import SeriesScheduler
 from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
@@ -50,6 +51,7 @@ from server.supervision.standing_tasks import StandingTask
 from server.supervision.supervisor import Supervisor, tell_event_loop
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
+from server.usecases.ports.push import PushSender
 from server.usecases.ports.solver import Solver
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.ports.webhooks import WebhookSender
@@ -72,6 +74,7 @@ class Ports:
     retry   how failed standing tasks are repeated; in virtual time a failure ends the run
     end     ends the process because a standing task cannot do its work
     webhook_sender  None: nothing is sent to other networks, as in virtual time
+    push_sender  None: nothing is sent to browsers
     spans   of rides; None: they are not traced
     has_our_tables  the database is at this version's migration; it may block
     close   called last, after every task has ended
@@ -88,6 +91,7 @@ class Ports:
     retry: RetryPolicy = FAIL_AT_ONCE
     end: Callable[[str, BaseException], None] = tell_event_loop
     webhook_sender: WebhookSender | None = None
+    push_sender: PushSender | None = None
     spans: Spans | None = None
     has_our_tables: Callable[[], bool] = lambda: True
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
@@ -128,6 +132,8 @@ def standing_tasks(ports: Ports) -> tuple[StandingTask, ...]:
     if sender is not None:
         holder = ids.new_id("webhooks")
         tasks += (WebhookDeliveries(transactions, sender, ports.clock, ids, holder).task,)
+    if ports.push_sender is not None:
+        tasks += (RideNotices(transactions, ports.push_sender, ports.clock).task,)
     return tasks
 
 
@@ -204,6 +210,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         has_our_tables=ports.has_our_tables,
         maps=RoadMapWorkshop(),
         webhook_sender=ports.webhook_sender,
+        push_sender=ports.push_sender,
         spans=spans,
         pages=read_pages(settings.web_dist),
     )

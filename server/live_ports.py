@@ -20,7 +20,11 @@ from server.domain.errors import DomainError
 from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
+from server.key_file import BadKeyFile
 from server.loops.solver import ProcessSolver
+from server.push_encryption import PushIdentity
+from server.push_key_file import push_identity_of
+from server.push_sender import WebPushSender
 from server.settings import Settings
 from server.store.database_file import DatabaseInUse, database_file
 from server.store.engine import DatabaseUnsupported, open_engine
@@ -30,7 +34,7 @@ from server.store.transactions import GroupCommit
 from server.store.unit_of_work import Context
 from server.supervision.retries import RetryPolicy
 from server.supervision.supervisor import tell_event_loop
-from server.ticket_key_file import BadTicketKeyFile, ticket_keys_of
+from server.ticket_key_file import ticket_keys_of
 from server.usecases.fleet import campus
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
@@ -74,7 +78,7 @@ async def live_ports(
     campus_id = settings.campus_id or road_map.campus_id
     rules = fleet_rules(settings, road_map)
     clock, ids = clock or SystemClock(), RandomIds()
-    library, keys = MapLibrary(rules), _ticket_keys(settings)
+    library, keys, push_identity = MapLibrary(rules), _ticket_keys(settings), _push_identity(settings)
     context = Context(campus_id, clock, ids, rules, Argon2Hasher(), library, keys)
     async with AsyncExitStack() as opened:
         engine = _engine(settings, opened)
@@ -102,6 +106,7 @@ async def live_ports(
         retry=RetryPolicy(),
         end=end,
         webhook_sender=sender,
+        push_sender=WebPushSender(push_identity, sender, settings.push_contact),
         has_our_tables=lambda: is_current(engine),
         close=close,
     )
@@ -121,11 +126,22 @@ def _road_map(settings: Settings) -> RoadMap:
 def _ticket_keys(settings: Settings) -> TicketKeys:
     try:
         return ticket_keys_of(settings.ticket_keys())
-    except BadTicketKeyFile as error:
+    except BadKeyFile as error:
         raise CannotStart(f"{error}; see CAMPUSLOOP_TICKET_KEY_FILE") from error
     except OSError as error:
         raise CannotStart(
             f"the ticket keys cannot be read or created ({error}); see CAMPUSLOOP_TICKET_KEY_FILE"
+        ) from error
+
+
+def _push_identity(settings: Settings) -> PushIdentity:
+    try:
+        return push_identity_of(settings.push_key())
+    except BadKeyFile as error:
+        raise CannotStart(f"{error}; see CAMPUSLOOP_PUSH_KEY_FILE") from error
+    except OSError as error:
+        raise CannotStart(
+            f"the push key cannot be read or created ({error}); see CAMPUSLOOP_PUSH_KEY_FILE"
         ) from error
 
 

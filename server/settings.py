@@ -30,6 +30,17 @@ class Settings(BaseModel):
         None,
         description="Keys of passengers' links and codes, the same for all replicas; empty: in var_dir.",
     )
+    push_key_file: Path | None = Field(
+        None,
+        description="Key that push services know the server by, the same for all replicas; empty: in "
+        "var_dir.",
+    )
+    push_contact: str = Field(
+        "",
+        max_length=200,
+        pattern=r"^((mailto:|https://)[\x21-\x7e]+)?$",
+        description="mailto: or https: of those who run the server, for push services; Apple's wants one.",
+    )
     bus_url: str = Field("", description="nats://host:port; empty: in-process, for one server process.")
     map_path: Path | None = Field(
         None, description="Campus map to make active at start; empty: keep the last."
@@ -151,6 +162,9 @@ class Settings(BaseModel):
 
     def ticket_keys(self) -> Path:
         return self.ticket_key_file or self.var_dir / "ticket.key"
+
+    def push_key(self) -> Path:
+        return self.push_key_file or self.var_dir / "push.key"
 
     def origin(self) -> str:
         """The address to print and to build links from."""

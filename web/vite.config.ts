@@ -12,6 +12,7 @@ export default defineConfig({
         passenger: "index.html",
         console: "console.html",
         onboard: "onboard.html",
+        board: "board.html",
         sw: "src/sw/sw.ts",
       },
       // A service worker keeps its address for ever, and reigns over what lies below it.

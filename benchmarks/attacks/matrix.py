@@ -25,10 +25,10 @@ SCOPE_SETS: tuple[tuple[Scope, ...], ...] = (
 )
 
 PUBLIC = """get_campus list_stops get_campus_map find_ride look_for_ride get_timetable sign_in get_health
-get_readiness"""
+get_readiness get_notice_key get_stop_board get_stop_code"""
 # By a link; by a code; by a signature: everybody may try, and only the holder gets anything.
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
-get_series cancel_series cancel_series_day"""
+ask_for_notices stop_notices get_series cancel_series cancel_series_day"""
 BY_SECRET = "enrol_vehicle put_segment"
 # For passengers; a token that is sent along must be good for driving.
 BOOKINGS = "book_ride book_series"
@@ -39,7 +39,8 @@ confirm_second_factor check_second_factor"""
 GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         """list_rides get_ride_record explain_ride ride_history list_series get_service list_closures
-        get_travel_times list_vehicles get_vehicle get_vehicle_shifts list_incidents get_segment list_runs
+        get_service_trips get_timetable_version get_travel_times list_vehicles get_vehicle
+        get_vehicle_shifts list_incidents get_segment list_runs
         get_run get_run_scenes get_run_map get_fleet_past get_fleet_positions get_service_figures
         get_driving_figures get_metrics list_webhooks list_maps export_map list_map_drafts get_map_draft
         check_map_draft compare_map_draft try_map_draft export_map_draft""",
@@ -54,7 +55,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         "drive",
     ),
     (
-        """put_service_pattern delete_service_pattern put_service_exception delete_service_exception
+        """put_service_trips preview_timetable put_service_pattern delete_service_pattern
+        put_service_exception delete_service_exception
         put_vehicle_shifts delete_vehicle_shifts""",
         frozenset({"dispatcher"}),
         "",

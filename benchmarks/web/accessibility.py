@@ -146,6 +146,11 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
         page.goto(f"{server.origin}/console#/{place}")
         page.locator("main h1, main h2").first.wait_for()
         shown(place)
+        if place == "service":
+            page.get_by_role("button", name=re.compile("^(Edit the timetable|编辑时刻表)$")).click()
+            page.get_by_role("button", name=re.compile("^(New trip|新班次)$")).click()
+            page.locator(".trip-form").wait_for()
+            shown("timetable-editor")
     begun_ms = round(time.time() * 1000) - 3_600_000
     page.goto(f"{server.origin}/console#/runs/@fleet/{begun_ms}/7200/{begun_ms + 3_590_000}")
     page.locator(".timeline").wait_for()
@@ -159,6 +164,9 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
     shown("map-editor-chosen")
     # A campus keeps so many drafts at a time.
     server.http.delete(f"/maps/drafts/{draft['draft_id']}").raise_for_status()
+    page.goto(f"{server.origin}/board/{server.http.get('/stops').json()[0]['stop_id']}")
+    page.locator("img.code").wait_for()
+    shown("stop-board")
 
 
 _PLACES = ("rides", "service", "maps", "incidents", "runs", "statistics", "audit", "access")

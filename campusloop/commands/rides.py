@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import ssl
 from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime
@@ -26,6 +27,8 @@ STATES = (
     "requested", "assigned", "boarding", "aboard", "completed", "refused", "cancelled", "no_show", "failed"
 )  # fmt: skip
 
+ENDED = ("completed", "refused", "cancelled", "no_show", "failed")
+
 app = typer.Typer(no_args_is_help=True)
 
 Server = Annotated[
@@ -43,7 +46,9 @@ Certificate = Annotated[
     Path | None, typer.Option(help="PEM certificate to trust, if the server's is self-signed.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="For programs.")]
-RideId = Annotated[str, typer.Argument(metavar="RIDE_ID", help="As `rides list` shows it.")]
+RideName = Annotated[
+    str, typer.Argument(metavar="RIDE", help="Its id or its six-character code, as `rides list` shows them.")
+]
 
 HERE = "http://127.0.0.1:8080"
 
@@ -89,15 +94,23 @@ def list_rides(
 
 @app.command("show")
 def show(
-    ride_id: RideId,
+    ride: RideName,
     server: Server = HERE,
     token: Token = "",
     certificate: Certificate = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a ride: its state, its shuttle, what was promised and what is expected. Scope `read`."""
-    ride = _answer(server, token, certificate, lambda campus: campus.rides.get(ride_id))
-    _print(ride, as_json)
+    """Show a ride: its state, its shuttle, what was promised and what is expected. Scope `read`.
+
+    Of several rides that had the code, the newest is shown.
+    """
+
+    async def work(campus: "Campus") -> "Ride":
+        if not _is_code(ride):
+            return await campus.rides.get(ride)
+        return (await _rides_of_code(campus, ride))[0]
+
+    _print(_answer(server, token, certificate, work), as_json)
 
 
 @app.command("book")
@@ -135,15 +148,39 @@ def book(
 
 @app.command("cancel")
 def cancel(
-    ride_id: RideId,
+    ride: RideName,
     server: Server = HERE,
     token: Token = "",
     certificate: Certificate = None,
     as_json: AsJson = False,
 ) -> None:
-    """Cancel a ride; who is aboard is let out as soon as possible. Scope `drive`."""
-    ride = _answer(server, token, certificate, lambda campus: campus.rides.cancel(ride_id))
-    _print(ride, as_json)
+    """Cancel a ride; who is aboard is let out as soon as possible. Scope `drive`; by its code also `read`.
+
+    A code names the one ride that has it and has not ended.
+    """
+
+    async def work(campus: "Campus") -> "Ride":
+        if not _is_code(ride):
+            return await campus.rides.cancel(ride)
+        open_ones = [one for one in await _rides_of_code(campus, ride) if one.state not in ENDED]
+        if len(open_ones) != 1:
+            _refuse(f"no ride with the code {ride} is open; see `campusloop rides show {ride}`")
+        return await campus.rides.cancel(open_ones[0].ride_id)
+
+    _print(_answer(server, token, certificate, work), as_json)
+
+
+def _is_code(name: str) -> bool:
+    """A ride's code; ids are longer. Boarding codes are the passengers' and too short to name a ride."""
+    return re.fullmatch(r"[A-Za-z0-9]{6}", name) is not None
+
+
+async def _rides_of_code(campus: "Campus", code: str) -> "list[Ride]":
+    """Newest first, at least one."""
+    found = [one async for one in campus.rides.list(ride_code=code)]
+    if not found:
+        _refuse(f"no ride has the code {code}; see `campusloop rides list`")
+    return found
 
 
 def _answer(server: str, token: str, certificate: Path | None, work: "Callable[[Campus], Awaitable[T]]") -> T:
@@ -213,16 +250,35 @@ def _lines(ride: "Ride") -> list[tuple[str, str]]:
         ("state", ride.state + (f": {ride.reason_detail or ride.reason}" if ride.reason else "")),
         ("from, to", f"{ride.from_stop}, {ride.to_stop}"),
         ("party", f"{ride.party}" + (f", {ride.wheelchairs} in wheelchairs" if ride.wheelchairs else "")),
-        ("shuttle", ride.vehicle_id or "none"),
+        ("shuttle", _shuttle(ride)),
     ]
     promise = ride.promise
     if promise is not None:
         window = f"pickup {_time(promise.pickup_from)} to {_time(promise.pickup_to)}"
         lines.append(("promised", f"{window}, there by {_time(promise.arrive_by)}"))
     if ride.pickup_eta is not None and ride.arrival_eta is not None:
-        lines.append(("expected", f"pickup {_time(ride.pickup_eta)}, there {_time(ride.arrival_eta)}"))
+        pickup = _range(ride.pickup_earliest, ride.pickup_latest, ride.pickup_eta)
+        arrival = _range(ride.arrival_earliest, ride.arrival_latest, ride.arrival_eta)
+        lines.append(("expected", f"pickup {pickup}, there {arrival}"))
+    if ride.feedback is not None and ride.feedback.rating is not None:
+        lines.append(("rated", f"{ride.feedback.rating} of 5"))
     boarding_code = getattr(ride, "boarding_code", "")
     return [*lines, ("boarding", f"code {boarding_code}")] if boarding_code else lines
+
+
+def _shuttle(ride: "Ride") -> str:
+    if ride.vehicle_id is None:
+        return "none"
+    name = ride.vehicle_name or ride.vehicle_id
+    known = ride.vehicle_id if name == ride.vehicle_id else f"{name} ({ride.vehicle_id})"
+    return known if ride.seats_left is None else f"{known}, {ride.seats_left} seats left"
+
+
+def _range(earliest: datetime | None, latest: datetime | None, eta: datetime) -> str:
+    """The range that is told; the planned time where none is."""
+    if earliest is None or latest is None:
+        return _time(eta)
+    return f"{earliest.astimezone(UTC):%H:%M:%S} to {_time(latest)}"
 
 
 def _facts(ride: "Ride") -> dict[str, Any]:

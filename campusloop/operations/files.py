@@ -13,9 +13,10 @@ from campusloop.operations.finding import Finding, bad, good, warning
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import MapError, load_map
 from server.api.pages import find_page, read_pages
+from server.key_file import BadKeyFile
 from server.live_ports import CannotStart, fleet_rules
 from server.settings import Settings
-from server.ticket_key_file import BadTicketKeyFile, ticket_keys_of
+from server.ticket_key_file import ticket_keys_of
 
 _MIB = 1024 * 1024
 
@@ -57,7 +58,7 @@ def check_ticket_keys(settings: Settings) -> Finding:
     try:
         keys = ticket_keys_of(path)
         is_open = path.stat().st_mode & 0o077
-    except (BadTicketKeyFile, OSError) as error:
+    except (BadKeyFile, OSError) as error:
         return bad("ticket keys", str(error), "put the old file back, or set CAMPUSLOOP_TICKET_KEY_FILE")
     if is_open:
         return warning("ticket keys", f"{path} can be read or changed by other users", f"chmod 600 {path}")

@@ -2,8 +2,8 @@
 
 They are a few hundred kilobytes; from memory they need no thread, and a half-finished rebuild is never
 served. They are sent compressed; the build leaves the brotli form of `FILE` as `FILE.br`. Files with a
-content hash in their name are kept by browsers for ever, all others are revalidated. Both applications keep
-their address in the fragment: every other path is no page.
+content hash in their name are kept by browsers for ever, all others are revalidated. Passenger page and
+console keep their address in the fragment, a board has its stop in the path: every other path is no page.
 """
 
 import hashlib
@@ -64,11 +64,13 @@ def _page(path: Path) -> Page:
 
 
 def find_page(pages: Mapping[str, Page], path: str) -> Page | None:
-    """The page of a URL path; `/` and `/console` are the shells of the two applications."""
+    """The page of a URL path; `/`, `/console` and `/board/STOP` are the shells of the applications."""
     if path in pages:
         return pages[path]
     if path in ("/console", "/console/"):
         return pages.get("/console/index.html") or pages.get("/console.html")
+    if path.startswith("/board/"):
+        return pages.get("/board.html")
     return pages.get("/index.html") if path == "/" else None
 
 

@@ -7,8 +7,8 @@ from fastapi import APIRouter, FastAPI
 from server.api import problems
 from server.api.audit import routes as audit
 from server.api.basic import routes as basic
+from server.api.campus import boards, travel_times
 from server.api.campus import routes as campus
-from server.api.campus import travel_times
 from server.api.closures import routes as closures
 from server.api.health import routes as health
 from server.api.incidents import routes as incidents
@@ -20,12 +20,13 @@ from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
 from server.api.replays import routes as replays
-from server.api.rides import records
+from server.api.rides import notices, records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
 from server.api.runs import segments
 from server.api.series import routes as series
 from server.api.service import routes as service
+from server.api.service import timetables
 from server.api.sessions import routes as sessions
 from server.api.sessions import second_factor
 from server.api.shift_log import routes as shift_log
@@ -60,13 +61,16 @@ def bare_app(**options: Any) -> FastAPI:
     api = APIRouter(prefix=PREFIX, max_body_size=REQUEST_BYTES_MAX)
     for router in (
         campus.router,
+        boards.router,
         map_uploads.router,
         map_drafts.router,
         maps.router,
         rides.router,
+        notices.router,
         records.router,
         series.router,
         service.router,
+        timetables.router,
         closures.router,
         travel_times.router,
         sessions.router,

@@ -24,6 +24,7 @@ from server.supervision.supervisor import Supervisor
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.maps import MapWorkshop
+from server.usecases.ports.push import PushSender
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.ports.webhooks import WebhookSender
 
@@ -58,6 +59,7 @@ class Services:
     """has_our_tables: the database's tables are those of this version; it may block.
 
     webhook_sender  None: this server sends nothing to other networks
+    push_sender     None: this server sends nothing to browsers
     spans           None: rides are not traced
     """
 
@@ -80,6 +82,7 @@ class Services:
     has_our_tables: Callable[[], bool]
     maps: MapWorkshop
     webhook_sender: WebhookSender | None
+    push_sender: PushSender | None
     spans: RideSpans | None
     pages: dict[str, Page]
 

@@ -117,7 +117,7 @@ def _visit(visit: PlannedVisit) -> VisitScene:
 
 def ride_scene(ride: Ride, state: str | None = None, outlook: RideOutlook = NO_OUTLOOK) -> RideScene:
     """state: a former state of the ride, for replay, which has no outlook."""
-    promise, pickup = ride.promise, outlook.pickup
+    promise, pickup, arrival = ride.promise, outlook.pickup, outlook.arrival
     return RideScene(
         ride_id=ride.ride_id,
         ride_code=ride.ride_code,
@@ -135,6 +135,8 @@ def ride_scene(ride: Ride, state: str | None = None, outlook: RideOutlook = NO_O
         pickup_earliest_ms=ms_of(pickup.earliest if pickup else None),
         pickup_latest_ms=ms_of(pickup.latest if pickup else None),
         seats_left=outlook.seats_left,
+        arrival_earliest_ms=ms_of(arrival.earliest if arrival else None),
+        arrival_latest_ms=ms_of(arrival.latest if arrival else None),
     )
 
 

@@ -46,6 +46,7 @@ from server.store.record.runs import SqlRunRepository
 from server.store.record.second_factors import SqlSecondFactorRepository
 from server.store.record.service import SqlServiceRepository
 from server.store.record.webhooks import SqlWebhookRepository
+from server.store.rides.push_subscriptions import SqlPushSubscriptionRepository
 from server.store.rides.rides import SqlRideRepository
 from server.store.rides.series import SqlSeriesRepository
 from server.store.roads.closures import SqlClosureRepository
@@ -74,7 +75,12 @@ from server.usecases.ports.records import (
     SecondFactorRepository,
     WebhookRepository,
 )
-from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
+from server.usecases.ports.rides import (
+    DecisionRepository,
+    PushSubscriptionRepository,
+    RideRepository,
+    SeriesRepository,
+)
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
 from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
 from server.usecases.ports.views import Views
@@ -170,6 +176,9 @@ class SqlUnitOfWork:
         self.departures: DepartureRepository = SqlDepartureRepository(connection, campus_id, lock)
         self.decisions: DecisionRepository = SqlDecisionRepository(connection, campus_id, lock)
         self.series: SeriesRepository = SqlSeriesRepository(connection, campus_id, lock)
+        self.push_subscriptions: PushSubscriptionRepository = SqlPushSubscriptionRepository(
+            connection, campus_id, lock
+        )
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)

@@ -9,14 +9,14 @@ from benchmarks.eta.__main__ import first_of_each, inside_pct
 from benchmarks.eta.shown_ranges import ShownRange, shown_ranges
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import load_map
-from server.domain.planning.eta_ranges import PickupRange
+from server.domain.planning.eta_ranges import ExpectedRange
 
 AT = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)
 
 
 def shown(ride_id: str, picked_up_s: float, minute: int = 0) -> ShownRange:
     """A range from 60 to 120 s after AT, and a pickup."""
-    told = PickupRange(AT + timedelta(seconds=60), AT + timedelta(seconds=120))
+    told = ExpectedRange(AT + timedelta(seconds=60), AT + timedelta(seconds=120))
     at = AT + timedelta(minutes=minute)
     return ShownRange(ride_id, at, 90.0, "on_time", told, AT + timedelta(seconds=picked_up_s))
 
@@ -43,3 +43,6 @@ def test_most_pickups_of_an_hour_are_inside(tmp_path: Path) -> None:
     share = inside_pct(ranges)
     assert share is not None
     assert share > 80.0
+    arrivals = inside_pct(simulated.arrivals)
+    assert arrivals is not None
+    assert arrivals > 80.0

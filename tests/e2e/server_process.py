@@ -43,6 +43,8 @@ class ServerProcess:
             "CAMPUSLOOP_LOGIN_TRIES_PER_MINUTE": "600",
             "CAMPUSLOOP_ACCOUNT_LOGIN_TRIES_PER_MINUTE": "600",
             "CAMPUSLOOP_COMMANDS_PER_MINUTE": "100000",
+            # Where the tests have push services of their own.
+            "CAMPUSLOOP_WEBHOOK_ALLOWED_NETWORKS": "127.0.0.0/8",
         }
         arguments = ["serve", "--port", str(self._port), "--map", str(CAMPUS_MAP)]
         with (self._folder / "server.log").open("wb") as journal:

@@ -58,6 +58,7 @@ def test_the_title_and_one_vibration_say_that_the_shuttle_is_here_and_the_ticket
     assert len(page.evaluate("window.pulses")) == 1
     shuttle.speed_mps = 0.5
     page.get_by_role("button", name="I’m on board").click()
+    expect(page.locator("h1")).to_contain_text(re.compile(r"You arrive (in \d+ to \d+|within \d+) minutes"))
     expect(page).to_have_title("Next stop · Campus shuttle", timeout=SOON_MS)
     shuttle.speed_mps = QUICK_MPS
     expect(page).to_have_title("Arrived · Campus shuttle", timeout=SOON_MS)

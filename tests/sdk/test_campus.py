@@ -44,6 +44,26 @@ def test_a_script_lists_sends_holds_and_resumes_a_shuttle(tmp_path: Path) -> Non
     against_server(tmp_path, claim)
 
 
+def test_a_ride_has_ranges_and_seats_and_a_look_stores_nothing(tmp_path: Path) -> None:
+    async def claim(server: LiveServer) -> None:
+        secret, _ = await server.developer_token("read", "drive")
+        async with obedient_vehicle(server), connect(server.origin, secret) as campus:
+            offer = await campus.rides.look("NN20", "C6", party=2)
+            assert (offer.is_free, offer.rule) == (True, "")
+            assert [ride async for ride in campus.rides.list()] == []
+            ride = await campus.rides.book("NN20", "C6", party=2)
+            assert ride.pickup_earliest is not None
+            assert ride.pickup_latest is not None
+            assert ride.pickup_eta is not None
+            assert ride.pickup_earliest <= ride.pickup_eta <= ride.pickup_latest
+            assert ride.seats_left is not None
+            assert ride.vehicle_name
+            (found,) = [one async for one in campus.rides.list(ride_code=ride.ride_code)]
+            assert (found.ride_id, found.feedback) == (ride.ride_id, None)
+
+    against_server(tmp_path, claim)
+
+
 def test_a_dry_run_of_send_says_when_and_changes_nothing(tmp_path: Path) -> None:
     async def claim(server: LiveServer) -> None:
         secret, _ = await server.developer_token("read", "drive")

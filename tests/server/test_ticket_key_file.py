@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from server.ticket_key_file import BadTicketKeyFile, ticket_keys_of
+from server.key_file import BadKeyFile
+from server.ticket_key_file import ticket_keys_of
 
 
 def line(byte: int, length: int = 32) -> str:
@@ -49,7 +50,7 @@ def test_the_first_line_is_the_newest_key(tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_used_is_refused_with_what_to_do(tmp_path: Path, text: str, what: str) -> None:
     path = tmp_path / "ticket.key"
     path.write_text(text)
-    with pytest.raises(BadTicketKeyFile, match=what) as refusal:
+    with pytest.raises(BadKeyFile, match=what) as refusal:
         ticket_keys_of(path)
     assert "openssl rand -base64 32" in str(refusal.value)
     assert line(1).strip() not in str(refusal.value)

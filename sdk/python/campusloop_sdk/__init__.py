@@ -25,8 +25,11 @@ from campusloop_sdk.live_models import (
     VehiclesUpdate,
 )
 from campusloop_sdk.models import (
+    Alternative,
     BookedRide,
     Closure,
+    Feedback,
+    Offer,
     Ride,
     Stop,
     Vehicle,
@@ -44,6 +47,7 @@ from campusloop_sdk.webhooks import (
 )
 
 __all__ = [
+    "Alternative",
     "AnswerUnreadable",
     "BookedRide",
     "Campus",
@@ -52,6 +56,7 @@ __all__ = [
     "Conflict",
     "ConnectionLost",
     "EventUpdate",
+    "Feedback",
     "FieldProblem",
     "Invalid",
     "Live",
@@ -59,6 +64,7 @@ __all__ = [
     "LiveVehicle",
     "NotAllowed",
     "NotFound",
+    "Offer",
     "RequestRefused",
     "Ride",
     "RidesUpdate",

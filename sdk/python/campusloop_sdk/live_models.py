@@ -69,7 +69,7 @@ class LiveVehicle(msgspec.Struct, frozen=True):
 
 
 class LiveRide(msgspec.Struct, frozen=True):
-    """A ride that has not ended, or has ended a moment ago."""
+    """A ride that has not ended, or has ended a moment ago. seats_left: None while not known."""
 
     ride_id: str
     ride_code: str
@@ -81,6 +81,11 @@ class LiveRide(msgspec.Struct, frozen=True):
     pickup_eta_ms: int
     arrival_eta_ms: int
     reason: str
+    pickup_earliest_ms: int = 0
+    pickup_latest_ms: int = 0
+    arrival_earliest_ms: int = 0
+    arrival_latest_ms: int = 0
+    seats_left: int | None = None
 
 
 class VehiclesUpdate(msgspec.Struct, frozen=True):

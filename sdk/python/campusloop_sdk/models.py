@@ -31,8 +31,49 @@ class Promise(msgspec.Struct, frozen=True):
     arrive_by: datetime
 
 
+class Feedback(msgspec.Struct, frozen=True):
+    """What the passenger said after the ride. rating: 1 (bad) to 5 (good), None for none."""
+
+    rating: int | None
+    made_at: datetime
+
+
+class Alternative(msgspec.Struct, frozen=True):
+    """What would have been accepted when a ride was refused. Nothing is reserved: book it again.
+
+    parties  people in each ride, one or two of them
+    walk_s   additional walking, in seconds
+    pickup_at, arrival_at  of each ride, as planned
+    """
+
+    kind: Literal["later", "other_stops", "split_party"]
+    from_stop: str
+    to_stop: str
+    parties: tuple[int, ...]
+    walk_s: float
+    pickup_at: tuple[datetime, ...]
+    arrival_at: tuple[datetime, ...]
+
+
+class Offer(msgspec.Struct, frozen=True):
+    """What a booking would get now. rule: the rule that binds, "" where a shuttle is free."""
+
+    is_free: bool
+    rule: str
+    pickup_at: datetime | None
+    arrival_at: datetime | None
+
+
 class Ride(msgspec.Struct, frozen=True):
-    """A ride. A refused one has no promise, and `reason` names the rule that binds."""
+    """A ride. A refused one has no promise, and `reason` names the rule that binds.
+
+    pickup_earliest, pickup_latest    the shuttle comes between them in 9 of 10 cases; None while no time can
+                                      be told
+    arrival_earliest, arrival_latest  the same for the arrival
+    seats_left     free seats beside the party, on the fullest part of the ride; None while not known
+    first_promise  if the first one could not be kept
+    feedback       after the ride, if the passenger gave any
+    """
 
     ride_id: str
     ride_code: str
@@ -49,17 +90,27 @@ class Ride(msgspec.Struct, frozen=True):
     arrival_eta: datetime | None
     reason: str
     reason_detail: str
+    vehicle_name: str = ""
+    pickup_earliest: datetime | None = None
+    pickup_latest: datetime | None = None
+    arrival_earliest: datetime | None = None
+    arrival_latest: datetime | None = None
+    seats_left: int | None = None
+    first_promise: Promise | None = None
+    feedback: Feedback | None = None
 
 
-class BookedRide(Ride, frozen=True):
+class BookedRide(Ride, frozen=True, kw_only=True):
     """A ride that this program has booked.
 
     token          the secret of the passenger's link
     boarding_code  four digits to type on the onboard screen
+    alternatives   for a refused ride, the nearest first
     """
 
     token: str
     boarding_code: str
+    alternatives: tuple[Alternative, ...] = ()
 
 
 class Pose(msgspec.Struct, frozen=True):

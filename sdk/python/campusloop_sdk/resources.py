@@ -8,6 +8,7 @@ from urllib.parse import quote
 from campusloop_sdk.models import (
     BookedRide,
     Closure,
+    Offer,
     Ride,
     RideState,
     Vehicle,
@@ -27,10 +28,18 @@ class Rides:
         self._rest = rest
 
     def list(
-        self, states: Sequence[RideState] | None = None, vehicle_id: str | None = None, page: int = PAGE
+        self,
+        states: Sequence[RideState] | None = None,
+        vehicle_id: str | None = None,
+        page: int = PAGE,
+        *,
+        ride_code: str | None = None,
     ) -> AsyncIterator[Ride]:
-        """Newest request first, read page by page. Scope `read`."""
-        params: Params = {"state": states, "vehicle_id": vehicle_id, "limit": page}
+        """Newest request first, read page by page. Scope `read`.
+
+        ride_code  six characters that passengers say aloud; a later ride may get the code of one that ended
+        """
+        params: Params = {"state": states, "vehicle_id": vehicle_id, "limit": page, "code": ride_code}
         return self._rest.listed("/rides", Ride, params)
 
     async def get(self, ride_id: str) -> Ride:
@@ -61,6 +70,25 @@ class Rides:
             "may_walk": may_walk,
         }
         return await self._rest.command("POST", "/rides", BookedRide, body=body, key=key)
+
+    async def look(
+        self,
+        from_stop: str,
+        to_stop: str,
+        *,
+        party: int = 1,
+        wheelchairs: int = 0,
+        earliest: datetime | None = None,
+    ) -> Offer:
+        """What a booking would get now. Nothing is reserved or stored."""
+        body = {
+            "from_stop": from_stop,
+            "to_stop": to_stop,
+            "party": party,
+            "wheelchairs": wheelchairs,
+            "earliest": earliest,
+        }
+        return await self._rest.command("POST", "/rides/offers", Offer, body=body)
 
     async def cancel(self, ride_id: str, *, key: str | None = None) -> Ride:
         """A party aboard is let out as soon as possible. Scope `drive`."""

@@ -41,6 +41,7 @@ async def get_campus(services: InjectedServices) -> CampusView:
             calendars.calendar_of(uow),
             today,
             uow.vehicles.all(),
+            has_timetable=bool(calendars.trips_of(uow)),
         )
 
     return await services.transactions.read(work)

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
 
 from contract.geometry import Array
 from contract.roads.areas import outline_array
@@ -20,6 +21,18 @@ from server.usecases.record.calendars import ServiceDay
 
 # Finer than a pixel at any zoom a phone shows a campus at.
 DRAWING_TOLERANCE_M = 0.25
+
+
+STOP_EXAMPLE: JsonDict = {
+    "stop_id": "library",
+    "name": "图书馆",
+    "name_en": "Library",
+    "lane_id": "lane-17",
+    "s_m": 42.5,
+    "x_m": 120.4,
+    "y_m": -33.1,
+    "placed_by": "tag",
+}
 
 
 class OriginView(BaseModel):
@@ -76,20 +89,7 @@ class CampusView(BaseModel):
 
 
 class StopView(BaseModel):
-    model_config = ConfigDict(
-        json_schema_extra={
-            "example": {
-                "stop_id": "library",
-                "name": "图书馆",
-                "name_en": "Library",
-                "lane_id": "lane-17",
-                "s_m": 42.5,
-                "x_m": 120.4,
-                "y_m": -33.1,
-                "placed_by": "tag",
-            }
-        }
-    )
+    model_config = ConfigDict(json_schema_extra={"example": STOP_EXAMPLE})
 
     stop_id: str
     name: str
@@ -175,6 +175,8 @@ def campus_view(
     calendar: ServiceCalendar,
     today: ServiceDay,
     vehicles: Iterable[Vehicle],
+    *,
+    has_timetable: bool,
 ) -> CampusView:
     road_map = network.road_map
     last_run = today.last_run
@@ -192,7 +194,7 @@ def campus_view(
         opens_next=calendar.next_opening(now),
         closes_at=calendar.closes_after(now),
         holiday=None if today.holiday is None else today.holiday.note,
-        has_timetable=bool(road_map.timetable),
+        has_timetable=has_timetable,
         last_run_at=None if last_run is None else last_run.calls[0].leave_at,
         seats_max=rules.seats_max,
         wheelchairs_max=max((vehicle.wheelchair_places for vehicle in vehicles), default=0),

@@ -45,6 +45,8 @@ RIDE_EXAMPLE: JsonDict = {
     "pickup_earliest": "2026-09-01T08:17:30Z",
     "pickup_latest": "2026-09-01T08:20:30Z",
     "arrival_eta": "2026-09-01T08:26:05Z",
+    "arrival_earliest": None,
+    "arrival_latest": None,
     "boarded_at": None,
     "ended_at": None,
     "reason": "",
@@ -154,6 +156,12 @@ class RideView(BaseModel):
     )
     pickup_latest: datetime | None = None
     arrival_eta: datetime | None
+    arrival_earliest: datetime | None = Field(
+        None,
+        description="The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is "
+        "aboard, and while its shuttle stands or is out of reach.",
+    )
+    arrival_latest: datetime | None = None
     boarded_at: datetime | None
     ended_at: datetime | None
     reason: str
@@ -442,7 +450,7 @@ def tap_view(tap: Tap) -> TapView:
 
 
 def _fields(ride: Ride, outlook: RideOutlook) -> dict[str, object]:
-    pickup = outlook.pickup
+    pickup, arrival = outlook.pickup, outlook.arrival
     return {
         "ride_id": ride.ride_id,
         "ride_code": ride.ride_code,
@@ -460,6 +468,8 @@ def _fields(ride: Ride, outlook: RideOutlook) -> dict[str, object]:
         "pickup_earliest": None if pickup is None else pickup.earliest,
         "pickup_latest": None if pickup is None else pickup.latest,
         "arrival_eta": ride.arrival_eta,
+        "arrival_earliest": None if arrival is None else arrival.earliest,
+        "arrival_latest": None if arrival is None else arrival.latest,
         "boarded_at": ride.boarded_at,
         "ended_at": ride.ended_at,
         "reason": ride.reason,

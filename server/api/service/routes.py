@@ -52,7 +52,7 @@ async def get_timetable(services: InjectedServices, day: AskedDay = None) -> Tim
 
     def work(uow: UnitOfWork) -> TimetableDay:
         road_map = uow.network().road_map
-        named = {trip.trip_id: trip.service_id for trip in road_map.timetable}
+        named = {trip.trip_id: trip.service_id for trip in calendars.trips_of(uow)}
         shown = calendars.service_day(uow, day)
         seats_left = {one.departure_id: seats_left_of(uow, one) for one in shown.departures}
         return timetable_day(shown, road_map.timezone, named, seats_left)
@@ -145,4 +145,4 @@ async def delete_service_exception(
 
 
 def _trips(uow: UnitOfWork, service_id: str) -> int:
-    return sum(trip.service_id == service_id for trip in uow.network().road_map.timetable)
+    return sum(trip.service_id == service_id for trip in calendars.timetable_of(uow).trips)

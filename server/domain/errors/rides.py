@@ -117,6 +117,18 @@ class ReassignmentRefused(DomainError):
         self.rule = rule
 
 
+class NoticesUnavailable(DomainError):
+    """This server sends nothing to browsers."""
+
+    code = "notices_unavailable"
+
+
+class PushSubscriptionInvalid(DomainError):
+    """Nothing can be sent to this address of a push service."""
+
+    code = "push_subscription_invalid"
+
+
 class SeriesUnknown(DomainError):
     """No recurring booking has this id or token, or none of its rides falls on that day."""
 

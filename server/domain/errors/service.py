@@ -31,3 +31,21 @@ class ExceptionUnknown(DomainError):
     """The calendar has no exception on that day."""
 
     code = "exception_unknown"
+
+
+class TimetableInvalid(DomainError):
+    """A trip of the timetable cannot run: its stops, times or service are wrong."""
+
+    code = "timetable_invalid"
+
+
+class TimetableChanged(DomainError):
+    """Another operator has changed the timetable since it was read."""
+
+    code = "timetable_changed"
+
+
+class TimetableUnknown(DomainError):
+    """The timetable has no such version."""
+
+    code = "timetable_unknown"

@@ -1,7 +1,7 @@
-"""The range of times in which a planned pickup really happens, told to its party instead of one minute.
+"""The range of times in which a planned pickup or arrival really happens, told instead of one minute.
 
 A table that can be read aloud. It was tuned on simulated days; `benchmarks/eta` measures on others how many
-pickups fall inside.
+pickups and arrivals fall inside.
 """
 
 from bisect import bisect_right
@@ -29,6 +29,11 @@ _LATE_S: Mapping[str, tuple[float, ...]] = {
 _ON_TIME_S = 62.0
 # For each stop before the pickup, where people get on and off and from where the plan may still change.
 _PER_STOP_S, _STOPS_MAX = 30.0, 3
+# Of the time that is left to an arrival, a shuttle on a free road needs this much; less if it has other stops
+# before, because a stop at which no rider waits or gets off is left out.
+_DRIVEN_RATIO_MIN, _DRIVEN_RATIO_MIN_WITH_STOPS = 0.58, 0.4
+# How much later than planned the party may arrive, beside _ARRIVAL_PER_STOP_S for each stop before.
+_ARRIVAL_LATE_S, _ARRIVAL_PER_STOP_S = 15.0, 20.0
 # Both ends are rounded outwards, so that they do not move with every second.
 _STEP_S = 30.0
 
@@ -48,14 +53,14 @@ class PlannedPickup:
 
 
 @dataclass(frozen=True, slots=True)
-class PickupRange:
-    """The party is picked up between these, in 9 of 10 cases."""
+class ExpectedRange:
+    """The party is picked up, or arrives, between these in 9 of 10 cases."""
 
     earliest: datetime
     latest: datetime
 
 
-def pickup_range(now: datetime, pickup: PlannedPickup) -> PickupRange:
+def pickup_range(now: datetime, pickup: PlannedPickup) -> ExpectedRange:
     """The range of a pickup as planned now; earliest <= latest, neither in the past."""
     eta = max(pickup.eta, now)
     ahead_s = (eta - now).total_seconds()
@@ -64,7 +69,28 @@ def pickup_range(now: datetime, pickup: PlannedPickup) -> PickupRange:
     late_s = _LATE_S[standing_of(pickup)][bisect_right(_HORIZONS_S, ahead_s)]
     late_s += _PER_STOP_S * min(pickup.stops_before, _STOPS_MAX)
     latest = max(earliest, eta + timedelta(seconds=late_s))
-    return PickupRange(max(now, _rounded(earliest, up=False)), _rounded(latest, up=True))
+    return ExpectedRange(max(now, _rounded(earliest, up=False)), _rounded(latest, up=True))
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedArrival:
+    """Of a party that is aboard.
+
+    eta  when it arrives as planned now
+    stops_before  stops that the shuttle makes before
+    """
+
+    eta: datetime
+    stops_before: int
+
+
+def arrival_range(now: datetime, arrival: PlannedArrival) -> ExpectedRange:
+    """The range of an arrival as planned now; earliest <= latest, neither in the past."""
+    eta = max(arrival.eta, now)
+    ratio = _DRIVEN_RATIO_MIN_WITH_STOPS if arrival.stops_before else _DRIVEN_RATIO_MIN
+    late_s = _ARRIVAL_LATE_S + _ARRIVAL_PER_STOP_S * min(arrival.stops_before, _STOPS_MAX)
+    earliest = max(now, _rounded(now + ratio * (eta - now), up=False))
+    return ExpectedRange(earliest, _rounded(eta + timedelta(seconds=late_s), up=True))
 
 
 def standing_of(pickup: PlannedPickup) -> Standing:

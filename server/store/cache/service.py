@@ -5,11 +5,13 @@ from datetime import date
 from sqlalchemy import Connection
 
 from server.domain.service.service import ServiceException, ServicePattern
+from server.domain.service.trips import Timetable
 from server.store.cache.memory import RowCache, Rows
 from server.store.record.service import SqlServiceRepository
 from server.store.writing.campus_lock import CampusLock
 
-_PATTERNS, _EXCEPTIONS = "service patterns", "service exceptions"
+_PATTERNS, _EXCEPTIONS, _TIMETABLE = "service patterns", "service exceptions", "timetable"
+_NEWEST = "newest"
 
 
 class CachedServiceRepository(SqlServiceRepository):
@@ -35,6 +37,16 @@ class CachedServiceRepository(SqlServiceRepository):
         self._memory.unload(_PATTERNS)
         self._memory.unload(_EXCEPTIONS)
 
+    def timetable(self, revision: int | None = None) -> Timetable | None:
+        if revision is not None:
+            return super().timetable(revision)
+        newest: Timetable | None = self._memory.table(_TIMETABLE, self._read_newest).get(_NEWEST)
+        return newest
+
+    def add_timetable(self, timetable: Timetable) -> None:
+        super().add_timetable(timetable)
+        self._memory.unload(_TIMETABLE)
+
     def exceptions(self, since: date | None = None) -> tuple[ServiceException, ...]:
         known = self._memory.table(_EXCEPTIONS, self._read_exceptions)
         return tuple(e for e in known.values() if since is None or e.day >= since)
@@ -46,6 +58,9 @@ class CachedServiceRepository(SqlServiceRepository):
     def remove_exception(self, day: date, service_id: str) -> bool:
         self._memory.unload(_EXCEPTIONS)
         return super().remove_exception(day, service_id)
+
+    def _read_newest(self) -> Rows:
+        return {_NEWEST: super().timetable()}
 
     def _read_exceptions(self) -> Rows:
         return {(e.day, e.service_id): e for e in super().exceptions()}

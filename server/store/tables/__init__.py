@@ -44,6 +44,7 @@ from server.store.tables.records import (
 from server.store.tables.rides import (
     decisions,
     occurrences,
+    push_subscriptions,
     ride_decisions,
     ride_feedback,
     rides,
@@ -57,6 +58,7 @@ from server.store.tables.service import (
     maps,
     service_exceptions,
     service_patterns,
+    timetables,
 )
 
 __all__ = [
@@ -83,6 +85,7 @@ __all__ = [
     "operators",
     "orders",
     "plans",
+    "push_subscriptions",
     "ride_decisions",
     "ride_feedback",
     "rides",
@@ -96,6 +99,7 @@ __all__ = [
     "service_patterns",
     "taps",
     "ticket_keys",
+    "timetables",
     "travel_time_factors",
     "vehicle_commands",
     "vehicle_events",

@@ -83,6 +83,21 @@ ride_feedback = Table(
     text("lost_property"),
     instant("made_at"),
 )
+push_subscriptions = Table(
+    "push_subscriptions",
+    metadata,
+    campus_key(),
+    key("ride_id"),
+    key("subscription_id"),
+    text("endpoint"),
+    string("p256dh", 128),
+    string("auth"),
+    string("language"),
+    instant("made_at"),
+    text("told"),
+    Column("failures", Integer, nullable=False),
+    optional_instant("next_attempt_at"),
+)
 series = Table(
     "series",
     metadata,

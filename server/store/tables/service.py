@@ -63,6 +63,17 @@ service_exceptions = Table(
     text("note"),
     string("made_by", 200),
 )
+timetables = Table(
+    "timetables",
+    metadata,
+    campus_key(),
+    Column("revision", Integer, primary_key=True, autoincrement=False),
+    text("trips"),
+    Column("trip_count", Integer, nullable=False),
+    string("made_by", 200),
+    instant("made_at"),
+    text("note"),
+)
 closures = Table(
     "closures",
     metadata,

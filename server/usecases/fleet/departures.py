@@ -16,7 +16,7 @@ from server.domain.service.timetable import (
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record.calendars import calendar_of, trips_on
+from server.usecases.record.calendars import calendar_of, trips_of, trips_on
 from server.usecases.record.incidents import open_incident
 
 
@@ -53,11 +53,32 @@ def _insert(uow: UnitOfWork, departure: Departure) -> bool:
 
 def withdraw_unserved(uow: UnitOfWork, calendar: ServiceCalendar) -> None:
     """Withdraw the departures whose service no longer runs on their day, except those that have begun."""
-    services = {trip.trip_id: trip.service_id for trip in uow.network().road_map.timetable}
+    services = {trip.trip_id: trip.service_id for trip in trips_of(uow)}
     for departure in uow.departures.unfinished():
         runs = calendar.runs(services.get(departure.trip_id, ""), departure.day)
         if not runs and not _has_begun(uow, departure):
-            _withdraw(uow, departure)
+            _withdraw(uow, departure, "the service was taken off this day")
+
+
+def withdraw_changed(uow: UnitOfWork) -> tuple[tuple[Departure, ...], tuple[Departure, ...]]:
+    """Withdraw the departures that the timetable no longer has, or has at other times.
+
+    Returns them as they were, and those that have begun and therefore run on.
+    """
+    trips = {trip.trip_id: trip for trip in trips_of(uow)}
+    timezone = uow.network().road_map.timezone
+    withdrawn_ones, kept = [], []
+    for departure in uow.departures.unfinished():
+        trip = trips.get(departure.trip_id)
+        made = () if trip is None else departures_of(uow.campus_id, (trip,), timezone, departure.day)
+        if made and made[0].calls == departure.calls:
+            continue
+        if _has_begun(uow, departure):
+            kept.append(departure)
+        else:
+            _withdraw(uow, departure, "the timetable was changed")
+            withdrawn_ones.append(departure)
+    return tuple(withdrawn_ones), tuple(kept)
 
 
 def _has_begun(uow: UnitOfWork, departure: Departure) -> bool:
@@ -72,8 +93,8 @@ def _first_call(plan: Plan, departure_id: str) -> PlannedVisit | None:
     return next((v for v in plan.visits if v.departure_id == departure_id and v.call == 0), None)
 
 
-def _withdraw(uow: UnitOfWork, departure: Departure) -> None:
-    uow.departures.save(withdrawn(departure, "the service was taken off this day"))
+def _withdraw(uow: UnitOfWork, departure: Departure, reason: str) -> None:
+    uow.departures.save(withdrawn(departure, reason))
     plan = None if departure.vehicle_id is None else uow.plans.get(departure.vehicle_id)
     if plan is None:
         return
@@ -84,7 +105,7 @@ def _withdraw(uow: UnitOfWork, departure: Departure) -> None:
 
 def _enter_due(uow: UnitOfWork) -> None:
     road_map = uow.network().road_map
-    if not road_map.timetable:
+    if not trips_of(uow):
         return
     calendar = calendar_of(uow)
     horizon = uow.now + timedelta(seconds=uow.rules.departure_lead_s)
@@ -92,7 +113,7 @@ def _enter_due(uow: UnitOfWork) -> None:
     first, last = calendar.day_of(uow.now) - timedelta(days=1), calendar.day_of(horizon)
     for offset in range((last - first).days + 1):
         day = first + timedelta(days=offset)
-        trips = trips_on(calendar, road_map, day)
+        trips = trips_on(uow, calendar, day)
         for departure in departures_of(uow.campus_id, trips, road_map.timezone, day):
             due = uow.now <= departure.calls[0].leave_at <= horizon
             known = uow.departures.get(departure.departure_id) if due else None

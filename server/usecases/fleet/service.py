@@ -14,7 +14,7 @@ from server.domain.service.service import (
 from server.usecases.fleet import departures
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record.calendars import calendar_of
+from server.usecases.record.calendars import calendar_of, timetable_of
 from server.usecases.record.server_events import record_event
 
 EVERY_DAY = tuple(range(7))
@@ -39,7 +39,7 @@ def remove_pattern(uow: UnitOfWork, service_id: str, by: str) -> None:
     """With its exceptions. Raises PatternUnknown, PatternInUse."""
     if uow.service.pattern(service_id) is None:
         raise PatternUnknown(f"no service {service_id} has a calendar")
-    trips = [trip.trip_id for trip in uow.network().road_map.timetable if trip.service_id == service_id]
+    trips = [trip.trip_id for trip in timetable_of(uow).trips if trip.service_id == service_id]
     if trips:
         raise PatternInUse(
             f"{len(trips)} trips of the timetable run by {service_id}; change its days instead of removing it"

@@ -5,7 +5,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from server.domain.fleet.vehicles import Vehicle
-from server.domain.planning.eta_ranges import PickupRange, PlannedPickup, pickup_range
+from server.domain.planning.eta_ranges import (
+    ExpectedRange,
+    PlannedArrival,
+    PlannedPickup,
+    arrival_range,
+    pickup_range,
+)
 from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
 from server.domain.planning.plans import Plan
 from server.domain.rides.rides import Ride, RideState
@@ -54,6 +60,11 @@ def seats_left_of(uow: UnitOfWork, departure: Departure) -> tuple[int | None, ..
     return tuple(free[visits[number]] if number in visits else None for number in range(len(departure.calls)))
 
 
+def seats_left_at(uow: UnitOfWork, vehicle: Vehicle, plan: Plan) -> Mapping[str, int]:
+    """Free seats when the vehicle leaves each visit of its plan, by visit id."""
+    return _seats_left_by_visit(_fleet(uow, {vehicle.vehicle_id}), plan, vehicle.seats)
+
+
 def people_after(plan: Plan, parties: Mapping[str, int], aboard: int) -> dict[str, int]:
     """How many people are aboard after each visit, by visit id. parties: people by ride id."""
     found: dict[str, int] = {}
@@ -97,20 +108,29 @@ def _outlook(uow: UnitOfWork, fleet: _Fleet, ride: Ride) -> RideOutlook:
     plan = fleet.plans.get(vehicle.vehicle_id) if ride.state in _WITH_SHUTTLE else None
     if plan is None:
         return RideOutlook(vehicle_name=vehicle.name)
-    can_promise = ride.state is RideState.ASSIGNED and vehicle.connected and not vehicle.held
+    can_tell = vehicle.connected and not vehicle.held
     return RideOutlook(
-        pickup=_pickup(uow, plan, ride) if can_promise else None,
+        pickup=_pickup(uow, plan, ride) if can_tell and ride.state is RideState.ASSIGNED else None,
+        arrival=_arrival(uow, plan, ride) if can_tell and ride.state is RideState.ABOARD else None,
         seats_left=_seats_left(fleet, plan, ride, vehicle.seats),
         vehicle_name=vehicle.name,
     )
 
 
-def _pickup(uow: UnitOfWork, plan: Plan, ride: Ride) -> PickupRange | None:
+def _pickup(uow: UnitOfWork, plan: Plan, ride: Ride) -> ExpectedRange | None:
     stops = [visit for visit in plan.visits if visit.kind == "stop"]
     number = next((i for i, visit in enumerate(stops) if ride.ride_id in visit.board), None)
     if number is None or ride.pickup_eta is None or ride.promise is None:
         return None
     return pickup_range(uow.now, PlannedPickup(ride.pickup_eta, ride.promise.pickup_from, number))
+
+
+def _arrival(uow: UnitOfWork, plan: Plan, ride: Ride) -> ExpectedRange | None:
+    stops = [visit for visit in plan.visits if visit.kind == "stop"]
+    number = next((i for i, visit in enumerate(stops) if ride.ride_id in visit.alight), None)
+    if number is None or ride.arrival_eta is None:
+        return None
+    return arrival_range(uow.now, PlannedArrival(ride.arrival_eta, number))
 
 
 def _seats_left(fleet: _Fleet, plan: Plan, ride: Ride, seats: int) -> int | None:

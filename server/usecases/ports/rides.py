@@ -6,6 +6,7 @@ from typing import Protocol
 
 from server.domain.planning.decisions import Decision, RideDecision
 from server.domain.rides.feedback import Feedback
+from server.domain.rides.notices import PushSubscription
 from server.domain.rides.rides import Ride, RideState, Tap
 from server.domain.rides.series import Occurrence, Series, SeriesState
 from server.usecases.ports.views import MomentAndId
@@ -114,6 +115,26 @@ class SeriesRepository(Protocol):
         ...
 
     def save_occurrence(self, occurrence: Occurrence) -> None: ...
+
+
+class PushSubscriptionRepository(Protocol):
+    def get(self, ride_id: str, subscription_id: str) -> PushSubscription | None: ...
+
+    def of_ride(self, ride_id: str) -> tuple[PushSubscription, ...]:
+        """Oldest first."""
+        ...
+
+    def all(self) -> tuple[PushSubscription, ...]:
+        """Oldest first."""
+        ...
+
+    def save(self, subscription: PushSubscription) -> None:
+        """New, or in place of the one of this ride and id."""
+        ...
+
+    def remove(self, subscription: PushSubscription) -> None: ...
+
+    def remove_of_rides(self, ride_ids: Sequence[str]) -> None: ...
 
 
 class DecisionRepository(Protocol):

@@ -5,6 +5,7 @@ from typing import Protocol
 
 from server.domain.service.service import ServiceException, ServicePattern
 from server.domain.service.timetable import Departure
+from server.domain.service.trips import Timetable, TimetableVersion
 
 
 class DepartureRepository(Protocol):
@@ -33,6 +34,16 @@ class ServiceRepository(Protocol):
     def remove_pattern(self, service_id: str) -> None:
         """With its exceptions."""
         ...
+
+    def timetable(self, revision: int | None = None) -> Timetable | None:
+        """A version, the newest where none is named; None while there is none."""
+        ...
+
+    def timetable_versions(self, limit: int) -> tuple[TimetableVersion, ...]:
+        """Newest first."""
+        ...
+
+    def add_timetable(self, timetable: Timetable) -> None: ...
 
     def exceptions(self, since: date | None = None) -> tuple[ServiceException, ...]:
         """By day, the whole campus's before single services'."""

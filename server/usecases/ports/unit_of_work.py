@@ -31,7 +31,12 @@ from server.usecases.ports.records import (
     SecondFactorRepository,
     WebhookRepository,
 )
-from server.usecases.ports.rides import DecisionRepository, RideRepository, SeriesRepository
+from server.usecases.ports.rides import (
+    DecisionRepository,
+    PushSubscriptionRepository,
+    RideRepository,
+    SeriesRepository,
+)
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
 from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
 from server.usecases.ports.views import Views
@@ -59,6 +64,7 @@ class UnitOfWork(Protocol):
     closures: ClosureRepository
     travel_time_factors: TravelTimeFactorRepository
     series: SeriesRepository
+    push_subscriptions: PushSubscriptionRepository
     incidents: IncidentRepository
     events: EventRepository
     maps: MapRepository

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 
-from contract.roads.model import RoadMap, TimetableTrip
+from contract.roads.model import TimetableTrip
 from server.domain.service.service import ServiceCalendar, ServiceException, Span
-from server.domain.service.timetable import Departure, departures_of
+from server.domain.service.timetable import Departure, DepartureState, departures_of
+from server.domain.service.trips import MAPS_OWN_REVISION, Timetable
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 
@@ -48,17 +49,41 @@ def service_day(uow: UnitOfWork, day: date | None = None) -> ServiceDay:
     calendar = whole_calendar(uow)
     shown = calendar.day_of(uow.now) if day is None else day
     made = [
-        uow.departures.get(departure.departure_id) or departure
+        _as_entered(uow, departure)
         for departure in departures_of(
-            uow.campus_id, trips_on(calendar, road_map, shown), road_map.timezone, shown
+            uow.campus_id, trips_on(uow, calendar, shown), road_map.timezone, shown
         )
     ]
     return ServiceDay(shown, calendar.holiday(shown), calendar.spans(shown), tuple(made), _last_calls(made))
 
 
-def trips_on(calendar: ServiceCalendar, road_map: RoadMap, day: date) -> tuple[TimetableTrip, ...]:
+def timetable_of(uow: UnitOfWork) -> Timetable:
+    """The version in force: the newest of the operators, or the map's own. Raises CampusUnknown."""
+    edited = uow.service.timetable()
+    own = uow.network().road_map.timetable
+    return Timetable(uow.campus_id, MAPS_OWN_REVISION, own) if edited is None else edited
+
+
+def trips_of(uow: UnitOfWork) -> tuple[TimetableTrip, ...]:
+    """The trips in force whose stops the active map has. Raises CampusUnknown."""
+    stops = {stop.stop_id for stop in uow.network().road_map.stops}
+    return tuple(
+        trip for trip in timetable_of(uow).trips if all(stop_id in stops for stop_id, _ in trip.calls)
+    )
+
+
+def trips_on(uow: UnitOfWork, calendar: ServiceCalendar, day: date) -> tuple[TimetableTrip, ...]:
     """The timetable's trips whose service runs on that day."""
-    return tuple(trip for trip in road_map.timetable if calendar.runs(trip.service_id, day))
+    return tuple(trip for trip in trips_of(uow) if calendar.runs(trip.service_id, day))
+
+
+def _as_entered(uow: UnitOfWork, departure: Departure) -> Departure:
+    """With what has become of it. One that was withdrawn for new times is not entered with them yet."""
+    known = uow.departures.get(departure.departure_id)
+    is_outdated = (
+        known is not None and known.state is DepartureState.WITHDRAWN and known.calls != departure.calls
+    )
+    return departure if known is None or is_outdated else known
 
 
 def _last_calls(made: Sequence[Departure]) -> dict[str, datetime]:

@@ -76,6 +76,7 @@ def _erase(uow: UnitOfWork, found: list[Ride]) -> list[Ride]:
     ride_ids = [ride.ride_id for ride in found]
     uow.answers.forget_accounts([f"passenger:{sha256_of(secrets_of(uow, ride).token)}" for ride in found])
     uow.rides.erase(gone)
+    uow.push_subscriptions.remove_of_rides(ride_ids)
     uow.series.unlink_rides(ride_ids)
     incidents = uow.incidents.about_rides(ride_ids)
     for incident in incidents:

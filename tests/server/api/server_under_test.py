@@ -24,6 +24,7 @@ from server.store.transactions import InlineTransactions
 from server.store.unit_of_work import Context
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.usecases.fleet import campus
+from server.usecases.ports.push import PushSender
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
 from tests.server.usecases.campus_under_test import TICKET_KEYS
@@ -69,6 +70,7 @@ class ServerUnderTest:
         with_map: bool = True,
         retry: RetryPolicy = FAIL_AT_ONCE,
         is_watched: bool = True,
+        push_sender: PushSender | None = None,
         **settings: Any,
     ) -> None:
         """is_watched: a screen is open all the time."""
@@ -84,7 +86,14 @@ class ServerUnderTest:
         )
         self.transactions = InlineTransactions(engine, context, self.bus)
         ports = Ports(
-            CAMPUS, self.clock, SeededIds(1), self.transactions, self.bus, InlineOffload(), retry=retry
+            CAMPUS,
+            self.clock,
+            SeededIds(1),
+            self.transactions,
+            self.bus,
+            InlineOffload(),
+            retry=retry,
+            push_sender=push_sender,
         )
         self.app = create_app(self.settings, ports)
         self.services = services_of_app(self.app)

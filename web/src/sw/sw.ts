@@ -1,4 +1,5 @@
 /// <reference lib="webworker" />
+import { noticeFrom, openTicket } from "./notices";
 import { assetsIn, routeOf, ticketOf } from "./routes";
 
 declare const self: ServiceWorkerGlobalScope;
@@ -47,6 +48,19 @@ self.addEventListener("fetch", (event) => {
     case "network":
       break;
   }
+});
+
+self.addEventListener("push", (event) => {
+  const notice = noticeFrom(event.data?.text());
+  if (notice === null) return;
+  const { title, body, tag, language, address } = notice;
+  const shown = { body, tag, lang: language, icon: "/icon.svg", data: address, renotify: true };
+  event.waitUntil(self.registration.showNotification(title, shown));
+});
+
+self.addEventListener("notificationclick", (event) => {
+  event.notification.close();
+  event.waitUntil(openTicket(self.clients, String(event.notification.data)));
 });
 
 async function shell(event: FetchEvent): Promise<Response> {

@@ -40,6 +40,8 @@ OPERATORS_ONLY = {
     ("PUT", "/vehicles/{vehicle_id}/shifts"),
     ("DELETE", "/vehicles/{vehicle_id}/shifts"),
     ("PUT", "/service/patterns/{service_id}"),
+    ("PUT", "/service/trips"),
+    ("POST", "/service/trips/previews"),
     ("DELETE", "/service/patterns/{service_id}"),
     ("PUT", "/service/exceptions/{day}"),
     ("DELETE", "/service/exceptions/{day}"),

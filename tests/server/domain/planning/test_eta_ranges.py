@@ -1,10 +1,17 @@
-"""The range of a pickup: never in the past, never before its window, wider the less certain the plan is."""
+"""Ranges of pickups and arrivals: never in the past, wider the less certain the plan is."""
 
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from server.domain.planning.eta_ranges import PickupRange, PlannedPickup, pickup_range, standing_of
+from server.domain.planning.eta_ranges import (
+    ExpectedRange,
+    PlannedArrival,
+    PlannedPickup,
+    arrival_range,
+    pickup_range,
+    standing_of,
+)
 
 NOW = datetime(2026, 9, 1, 8, 0, 10, tzinfo=UTC)
 
@@ -13,11 +20,11 @@ def after(seconds: float) -> datetime:
     return NOW + timedelta(seconds=seconds)
 
 
-def planned(eta_s: float, opens_s: float = -600.0, stops: int = 0) -> PickupRange:
+def planned(eta_s: float, opens_s: float = -600.0, stops: int = 0) -> ExpectedRange:
     return pickup_range(NOW, PlannedPickup(after(eta_s), after(opens_s), stops))
 
 
-def width_s(found: PickupRange) -> float:
+def width_s(found: ExpectedRange) -> float:
     return (found.latest - found.earliest).total_seconds()
 
 
@@ -56,3 +63,29 @@ def test_more_stops_before_it_and_a_plan_behind_its_promise_make_it_less_certain
 
 def test_far_ahead_it_is_wider_than_near() -> None:
     assert width_s(planned(100, opens_s=60)) < width_s(planned(1500, opens_s=1450))
+
+
+def arriving(eta_s: float, stops: int = 0) -> ExpectedRange:
+    return arrival_range(NOW, PlannedArrival(after(eta_s), stops))
+
+
+def test_a_planned_arrival_lies_inside_and_both_ends_are_round() -> None:
+    for eta_s in (0, 45, 100, 200, 400, 800, 2000):
+        found = arriving(eta_s)
+        assert NOW <= found.earliest <= after(eta_s) <= found.latest
+        assert found.latest.second % 30 == 0
+        assert found.earliest == NOW or found.earliest.second % 30 == 0
+
+
+def test_on_a_free_road_the_party_may_arrive_much_earlier_than_planned() -> None:
+    assert arriving(600).earliest <= after(350)
+    assert arriving(600).latest <= after(650)
+
+
+def test_an_arrival_after_other_stops_is_less_certain() -> None:
+    widths = [width_s(arriving(600, stops)) for stops in (0, 1, 2, 3, 4)]
+    assert widths[0] < widths[1] <= widths[2] <= widths[3] == widths[4]
+
+
+def test_an_arrival_that_is_overdue_lies_ahead() -> None:
+    assert arriving(-120).earliest == NOW < arriving(-120).latest

@@ -60,8 +60,23 @@ def test_seats_are_counted_while_the_party_rides_and_no_longer(driven_fleet: Fak
     fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     aboard = outlook(fleet, ride)
     assert (aboard.pickup, aboard.seats_left) == (None, 4)
+    arrival_eta = fleet.ride(ride.ride_id).arrival_eta
+    assert aboard.arrival is not None
+    assert arrival_eta is not None
+    assert aboard.arrival.earliest < arrival_eta <= aboard.arrival.latest
     fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended)
     assert outlook(fleet, ride) == RideOutlook(vehicle_name=ride.vehicle_id or "")
+
+
+def test_no_arrival_is_told_while_the_party_waits_or_its_shuttle_is_out_of_reach(
+    driven_fleet: FakeFleet,
+) -> None:
+    fleet = driven_fleet
+    ride = fleet.book("NN20", "C6")
+    assert outlook(fleet, ride).arrival is None
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
+    next(one for one in fleet.shuttles if one.vehicle_id == ride.vehicle_id).disconnect()
+    assert outlook(fleet, ride).arrival is None
 
 
 def test_many_outlooks_at_once_are_what_each_is_alone(

@@ -5,6 +5,7 @@ import { closures } from "../store/closures";
 import { activeSeries } from "../store/series";
 import { service, timetable } from "../store/service";
 import { texts } from "../texts/texts";
+import { BoardLinks } from "./board_links";
 import { CalendarList } from "./calendar_list";
 import { ExceptionList } from "./exception_list";
 import { SeriesList } from "./series_list";
@@ -36,6 +37,7 @@ export function ServicePage() {
         <ClosureList />
         <TripList />
         <SeriesList />
+        <BoardLinks />
       </div>
     </section>
   );

@@ -1,15 +1,19 @@
+import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
+import { RoleGate } from "../account/role_gate";
 import { timetable } from "../store/service";
 import { stopName } from "../texts/stop_names";
 import { vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatDate, formatTime } from "../texts/times";
+import { TimetableEditor } from "./timetable_editor";
 
 /** Today's trips with their states; the last run is marked. */
 export function TripList() {
   const t = texts.value;
   const shown = timetable.value.value;
+  const is_editing = useSignal(false);
   return (
     <section class="block card">
       <h2>{t.timetable_today}</h2>
@@ -45,6 +49,25 @@ export function TripList() {
           </table>
         </div>
       )}
+      <RoleGate roles={["dispatcher"]}>
+        {is_editing.value ? (
+          <TimetableEditor
+            onDone={() => {
+              is_editing.value = false;
+            }}
+          />
+        ) : (
+          <button
+            type="button"
+            class="button"
+            onClick={() => {
+              is_editing.value = true;
+            }}
+          >
+            {t.edit_timetable}
+          </button>
+        )}
+      </RoleGate>
     </section>
   );
 }

@@ -4,6 +4,7 @@ import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
 import { texts } from "../texts/texts";
 import { canVibrate, setVibration, vibrates } from "./arrival_signs";
+import { NoticesOption } from "./notices_option";
 import type { RideProgress } from "./ride_progress";
 import type { RideTracker } from "./ride_tracker";
 
@@ -67,6 +68,7 @@ export function RideActions({ ride, progress, onChangeDestination }: RideActions
         <CopyLinkButton />
       </div>
       {canVibrate && <VibrationOption />}
+      {progress.can_cancel && <NoticesOption token={ride.token} />}
       {confirming.value && (
         <ConfirmDialog
           danger

@@ -76,6 +76,8 @@ export function factsOf(ticket: Ride, live: RideScene | null): RideFacts {
     earliest_ms: scene === null ? time(ticket.pickup_earliest) : scene.earliest_ms,
     latest_ms: scene === null ? time(ticket.pickup_latest) : scene.latest_ms,
     arrival_eta_ms: scene?.arrival_eta_ms ?? time(ticket.arrival_eta),
+    arrival_earliest_ms: scene === null ? time(ticket.arrival_earliest) : scene.arrival_earliest_ms,
+    arrival_latest_ms: scene === null ? time(ticket.arrival_latest) : scene.arrival_latest_ms,
   };
 }
 

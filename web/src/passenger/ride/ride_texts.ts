@@ -66,10 +66,11 @@ function presentTitle(
       return state.kind === "late" ? t.late_in(name, minutes) : t.approaching_in(name, minutes);
     }
     case "aboard": {
-      if (state.arrival_ms === null) return titleText(phase, name);
-      if (minutesUntil(state.arrival_ms, now_ms) >= HOUR_MIN)
+      const { earliest_ms, latest_ms } = state;
+      if (earliest_ms === null || latest_ms === null) return titleText(phase, name);
+      if (minutesUntil(earliest_ms, now_ms) >= HOUR_MIN)
         return pastTitle(state, phase, name, now_ms, timezone);
-      return t.aboard_in(minutesText(state.arrival_ms, state.arrival_ms, now_ms));
+      return t.aboard_in(minutesText(earliest_ms, latest_ms, now_ms));
     }
     default:
       return titleText(phase, name);
@@ -91,8 +92,10 @@ function pastTitle(
     const [from, to] = [earliest_ms, latest_ms].map((ms) => time(ms, now_ms, timezone));
     return from === to ? t.approaching_at(name, from!) : t.approaching_between(name, from!, to!);
   }
-  if (state.kind === "aboard" && state.arrival_ms !== null)
-    return t.aboard_at(time(state.arrival_ms, now_ms, timezone));
+  if (state.kind === "aboard" && state.earliest_ms !== null && state.latest_ms !== null) {
+    const [from, to] = [state.earliest_ms, state.latest_ms].map((ms) => time(ms, now_ms, timezone));
+    return from === to ? t.aboard_at(from!) : t.aboard_between(from!, to!);
+  }
   return titleText(phase, name);
 }
 

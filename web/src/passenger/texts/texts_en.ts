@@ -124,6 +124,13 @@ export const en = {
   seats_left: (seats: number) =>
     seats === 0 ? "no seats left" : seats === 1 ? "1 seat left" : `${seats} seats left`,
   vibrate: "Vibrate when the shuttle arrives",
+  notices_ask: "Tell me when the shuttle is near",
+  notices_hint: "Also with this page closed, and if the ride changes or is cancelled.",
+  notices_on: "You will be told when the shuttle is near, also with this page closed.",
+  notices_stop: "Do not tell me",
+  notices_denied:
+    "To be told when the shuttle is near, allow notifications for this page in the browser.",
+  notices_failed: "Your browser’s message service does not answer. Please try again later.",
 
   booked: "Your ride is booked",
   booked_for: (time: string) => `Your ride is booked for ${time}`,
@@ -143,6 +150,7 @@ export const en = {
   at_pickup_detail: "Get in, then enter the boarding code or tap “I’m on board”.",
   aboard: "You are on your way",
   aboard_in: (minutes: string) => `You arrive ${minutes}`,
+  aboard_between: (from: string, to: string) => `You arrive between ${from} and ${to}`,
   aboard_at: (time: string) => `You arrive at ${time}`,
   at_destination: "You have arrived",
   at_destination_detail: "Get off carefully and tap “I’m off”.",

@@ -61,6 +61,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/stops/{stop_id}/board": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Stop Board
+         * @description What a screen at this stop shows: the next trips of the timetable, and the shuttles that come.
+         */
+        get: operations["get_stop_board"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/stops/{stop_id}/board/code": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Stop Code
+         * @description A QR code of the address at which a ride from this stop is booked, for screens and for print.
+         */
+        get: operations["get_stop_code"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/maps/drafts/files": {
         parameters: {
             query?: never;
@@ -537,6 +577,67 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/campus/notices": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Notice Key
+         * @description The key that browsers subscribe to notices with.
+         */
+        get: operations["get_notice_key"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/{token}/notices": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Ask For Notices
+         * @description Tell this browser when the shuttle is near and when it is there, and if the ride changes or is
+         *     cancelled: each once. The subscription is dropped when the ride has ended.
+         */
+        put: operations["ask_for_notices"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/rides/{token}/notices/{subscription_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Stop Notices
+         * @description Send this browser nothing more of the ride.
+         */
+        delete: operations["stop_notices"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides/id/{ride_id}": {
         parameters: {
             query?: never;
@@ -891,6 +992,70 @@ export interface paths {
         post?: never;
         /** Delete Service Exception */
         delete: operations["delete_service_exception"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/trips": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Service Trips
+         * @description The timetable in force, and its versions.
+         */
+        get: operations["get_service_trips"];
+        /**
+         * Put Service Trips
+         * @description Put a new version in force. 412 if another operator was first: both versions are kept.
+         */
+        put: operations["put_service_trips"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/trips/{revision}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Timetable Version
+         * @description An earlier version: save its trips again to return to it. 0 is the map's own timetable.
+         */
+        get: operations["get_timetable_version"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/service/trips/previews": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Preview Timetable
+         * @description What this version would change. Nothing is saved.
+         */
+        post: operations["preview_timetable"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -2102,6 +2267,18 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /** AffectedDeparture */
+        AffectedDeparture: {
+            /** Departure Id */
+            departure_id: string;
+            /**
+             * Leave At
+             * Format: date-time
+             */
+            leave_at: string;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+        };
         /**
          * AlternativeView
          * @description What would have been accepted when a ride was refused: one ride, or two with a part of the party each.
@@ -2246,6 +2423,136 @@ export interface components {
             previous_sha256: string;
         };
         /**
+         * BoardDepartureView
+         * @description A trip of the timetable that leaves this stop.
+         */
+        BoardDepartureView: {
+            /** Trip Id */
+            trip_id: string;
+            /**
+             * Leave At
+             * Format: date-time
+             * @description By the timetable; never earlier.
+             */
+            leave_at: string;
+            /**
+             * To Stop
+             * @description Where the trip ends.
+             */
+            to_stop: string;
+            /** To Name */
+            to_name: string;
+            /** To Name En */
+            to_name_en: string;
+            state: components["schemas"]["DepartureState"];
+            /**
+             * Vehicle Name
+             * @description Empty until the trip has a shuttle.
+             */
+            vehicle_name: string;
+            /** @description Null until it has one, and while no time can be told. */
+            expected: components["schemas"]["RangeView"] | null;
+            /** Is Here */
+            is_here: boolean;
+            /**
+             * Is Last
+             * @description No later trip of the day leaves this stop.
+             */
+            is_last: boolean;
+            /** Seats Left */
+            seats_left: number | null;
+        };
+        /**
+         * BoardShuttleView
+         * @description A shuttle that comes for riders who booked.
+         */
+        BoardShuttleView: {
+            /** Vehicle Name */
+            vehicle_name: string;
+            /** @description Null while it stands or is out of reach. */
+            expected: components["schemas"]["RangeView"] | null;
+            /** Is Here */
+            is_here: boolean;
+            /** Seats Left */
+            seats_left: number | null;
+        };
+        /**
+         * BoardView
+         * @description The next departures of a stop. It names no rider.
+         * @example {
+         *       "stop": {
+         *         "stop_id": "library",
+         *         "name": "图书馆",
+         *         "name_en": "Library",
+         *         "lane_id": "lane-17",
+         *         "s_m": 42.5,
+         *         "x_m": 120.4,
+         *         "y_m": -33.1,
+         *         "placed_by": "tag"
+         *       },
+         *       "timezone": "Asia/Shanghai",
+         *       "now": "2026-09-01T08:14:31Z",
+         *       "departures": [
+         *         {
+         *           "trip_id": "evening-3",
+         *           "leave_at": "2026-09-01T08:20:00Z",
+         *           "to_stop": "east-gate",
+         *           "to_name": "东门",
+         *           "to_name_en": "East Gate",
+         *           "state": "assigned",
+         *           "vehicle_name": "Shuttle 1",
+         *           "expected": {
+         *             "earliest": "2026-09-01T08:20:00Z",
+         *             "latest": "2026-09-01T08:21:30Z"
+         *           },
+         *           "is_here": false,
+         *           "is_last": false,
+         *           "seats_left": 4
+         *         }
+         *       ],
+         *       "shuttles": [],
+         *       "open_now": true,
+         *       "opens_next": "2026-09-01T08:14:31Z",
+         *       "closes_at": "2026-09-01T14:00:00Z",
+         *       "holiday": null,
+         *       "book_url": "https://campus.example/?from=library"
+         *     }
+         */
+        BoardView: {
+            stop: components["schemas"]["StopView"];
+            /** Timezone */
+            timezone: string;
+            /**
+             * Now
+             * Format: date-time
+             * @description The server's clock; all times refer to it.
+             */
+            now: string;
+            /**
+             * Departures
+             * @description By time; those that have left are not shown.
+             */
+            departures: components["schemas"]["BoardDepartureView"][];
+            /**
+             * Shuttles
+             * @description Those that stand here first, then by time.
+             */
+            shuttles: components["schemas"]["BoardShuttleView"][];
+            /** Open Now */
+            open_now: boolean;
+            /** Opens Next */
+            opens_next: string | null;
+            /** Closes At */
+            closes_at: string | null;
+            /** Holiday */
+            holiday: string | null;
+            /**
+             * Book Url
+             * @description Where a ride from this stop is booked.
+             */
+            book_url: string;
+        };
+        /**
          * BuildingShape
          * @description An outline, closed implicitly. xy is x0, y0, x1, y1, ... in metres.
          */
@@ -2302,6 +2609,8 @@ export interface components {
          *         "pickup_earliest": "2026-09-01T08:17:30Z",
          *         "pickup_latest": "2026-09-01T08:20:30Z",
          *         "arrival_eta": "2026-09-01T08:26:05Z",
+         *         "arrival_earliest": null,
+         *         "arrival_latest": null,
          *         "boarded_at": null,
          *         "ended_at": null,
          *         "reason": "",
@@ -3910,6 +4219,20 @@ export interface components {
             /** Text */
             text: string;
         };
+        /**
+         * NoticeKeyView
+         * @description What a page needs before it asks its browser for a subscription.
+         * @example {
+         *       "public_key": "BP4z9KsN6nGRTbVYI_c7VJSPQTBtkgcy27mlmlMoZIIgDll6e3vCYLocInmYWAmS6TlzAC8wEqKK6PBru3jl7A8"
+         *     }
+         */
+        NoticeKeyView: {
+            /**
+             * Public Key
+             * @description `applicationServerKey`, a point of P-256 in base64url; empty: this server sends none.
+             */
+            public_key: string;
+        };
         /** ObservationAreaBody */
         ObservationAreaBody: {
             /** Area Id */
@@ -4319,6 +4642,22 @@ export interface components {
             arrival_at: string;
         };
         /**
+         * RangeView
+         * @description In 9 of 10 cases between these.
+         */
+        RangeView: {
+            /**
+             * Earliest
+             * Format: date-time
+             */
+            earliest: string;
+            /**
+             * Latest
+             * Format: date-time
+             */
+            latest: string;
+        };
+        /**
          * Readiness
          * @description ready: all of the following is as it should be.
          *
@@ -4593,6 +4932,8 @@ export interface components {
          *       "pickup_earliest": "2026-09-01T08:17:30Z",
          *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "arrival_earliest": null,
+         *       "arrival_latest": null,
          *       "boarded_at": null,
          *       "ended_at": null,
          *       "reason": "",
@@ -4655,6 +4996,13 @@ export interface components {
             pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
+            /**
+             * Arrival Earliest
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             */
+            arrival_earliest?: string | null;
+            /** Arrival Latest */
+            arrival_latest?: string | null;
             /** Boarded At */
             boarded_at: string | null;
             /** Ended At */
@@ -4747,6 +5095,7 @@ export interface components {
          * @description One ride that has not ended yet, or has ended a moment ago.
          *
          *         pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
+         *         arrival_earliest_ms, arrival_latest_ms  0 unless the party is aboard, and while no time can be told
          *         seats_left  free seats of its shuttle beside the party; None while not known
          */
         RideScene: {
@@ -4776,6 +5125,10 @@ export interface components {
             pickup_latest_ms: number;
             /** @default null */
             seats_left: number | null;
+            /** @default 0 */
+            arrival_earliest_ms: number;
+            /** @default 0 */
+            arrival_latest_ms: number;
         };
         /**
          * RideState
@@ -4806,6 +5159,8 @@ export interface components {
          *       "pickup_earliest": "2026-09-01T08:17:30Z",
          *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "arrival_earliest": null,
+         *       "arrival_latest": null,
          *       "boarded_at": null,
          *       "ended_at": null,
          *       "reason": "",
@@ -4868,6 +5223,13 @@ export interface components {
             pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
+            /**
+             * Arrival Earliest
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             */
+            arrival_earliest?: string | null;
+            /** Arrival Latest */
+            arrival_latest?: string | null;
             /** Boarded At */
             boarded_at: string | null;
             /** Ended At */
@@ -4947,6 +5309,8 @@ export interface components {
          *       "pickup_earliest": "2026-09-01T08:17:30Z",
          *       "pickup_latest": "2026-09-01T08:20:30Z",
          *       "arrival_eta": "2026-09-01T08:26:05Z",
+         *       "arrival_earliest": null,
+         *       "arrival_latest": null,
          *       "boarded_at": null,
          *       "ended_at": null,
          *       "reason": "",
@@ -5006,6 +5370,13 @@ export interface components {
             pickup_latest?: string | null;
             /** Arrival Eta */
             arrival_eta: string | null;
+            /**
+             * Arrival Earliest
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             */
+            arrival_earliest?: string | null;
+            /** Arrival Latest */
+            arrival_latest?: string | null;
             /** Boarded At */
             boarded_at: string | null;
             /** Ended At */
@@ -5652,6 +6023,45 @@ export interface components {
             placed_by: string;
         };
         /**
+         * SubscriptionRequest
+         * @description A browser's push subscription (W3C Push API), with the language of its notices.
+         * @example {
+         *       "endpoint": "https://push.example/send/f1N8c2",
+         *       "p256dh": "BCVxsr7N_eNgVRqvHtD0zTZsEc6-VV-JvLexhqUzORcxaOzi6-AYWXvTBHm4bjyPjs7Vd8pZGH6SRpkNtoIAiw4",
+         *       "auth": "BTBZMqHH6r4Tts7J_aSIgg",
+         *       "language": "en"
+         *     }
+         */
+        SubscriptionRequest: {
+            /** Endpoint */
+            endpoint: string;
+            /**
+             * P256Dh
+             * @description The browser's key, in base64url.
+             */
+            p256dh: string;
+            /**
+             * Auth
+             * @description The browser's secret, in base64url.
+             */
+            auth: string;
+            /**
+             * Language
+             * @enum {string}
+             */
+            language: "en" | "zh";
+        };
+        /**
+         * SubscriptionView
+         * @example {
+         *       "subscription_id": "aa1000b1f700163dbc128e45de931e09"
+         *     }
+         */
+        SubscriptionView: {
+            /** Subscription Id */
+            subscription_id: string;
+        };
+        /**
          * TapView
          * @description A tap on its way to the shuttle, which accepts it only while it stands with doors open.
          * @example {
@@ -5697,6 +6107,38 @@ export interface components {
             failures: number;
             /** Last Good At */
             last_good_at: string | null;
+        };
+        /**
+         * TimetableBody
+         * @description All trips: a trip that is left out is removed.
+         * @example {
+         *       "trips": [
+         *         {
+         *           "trip_id": "morning-1",
+         *           "service_id": "term",
+         *           "calls": [
+         *             {
+         *               "stop_id": "library",
+         *               "leaves": "08:00"
+         *             },
+         *             {
+         *               "stop_id": "east-gate",
+         *               "leaves": "08:12"
+         *             }
+         *           ]
+         *         }
+         *       ],
+         *       "note": "Earlier buses"
+         *     }
+         */
+        TimetableBody: {
+            /** Trips */
+            trips: components["schemas"]["Trip"][];
+            /**
+             * Note
+             * @default
+             */
+            note: string;
         };
         /**
          * TimetableDay
@@ -5754,6 +6196,85 @@ export interface components {
             hours: components["schemas"]["SpanView"][];
             /** Trips */
             trips: components["schemas"]["TripView"][];
+        };
+        /**
+         * TimetableEffectView
+         * @description What a version changes.
+         * @example {
+         *       "added": [
+         *         "morning-2"
+         *       ],
+         *       "removed": [],
+         *       "changed": [
+         *         "morning-1"
+         *       ],
+         *       "withdrawn": [],
+         *       "kept": []
+         *     }
+         */
+        TimetableEffectView: {
+            /** Added */
+            added: string[];
+            /** Removed */
+            removed: string[];
+            /** Changed */
+            changed: string[];
+            /**
+             * Withdrawn
+             * @description Departures that are taken back; of a changed trip, they are entered with the new times.
+             */
+            withdrawn: components["schemas"]["AffectedDeparture"][];
+            /**
+             * Kept
+             * @description Departures that have begun: they run as they were.
+             */
+            kept: components["schemas"]["AffectedDeparture"][];
+        };
+        /**
+         * TimetableView
+         * @example {
+         *       "revision": 0,
+         *       "trips": [
+         *         {
+         *           "trip_id": "morning-1",
+         *           "service_id": "term",
+         *           "calls": [
+         *             {
+         *               "stop_id": "library",
+         *               "leaves": "08:00"
+         *             },
+         *             {
+         *               "stop_id": "east-gate",
+         *               "leaves": "08:12"
+         *             }
+         *           ]
+         *         }
+         *       ],
+         *       "made_by": "",
+         *       "made_at": null,
+         *       "note": "",
+         *       "versions": []
+         *     }
+         */
+        TimetableView: {
+            /**
+             * Revision
+             * @description 0: the map's own timetable, which no operator has changed.
+             */
+            revision: number;
+            /** Trips */
+            trips: components["schemas"]["Trip"][];
+            /** Made By */
+            made_by: string;
+            /** Made At */
+            made_at: string | null;
+            /** Note */
+            note: string;
+            /**
+             * Versions
+             * @description The newest first; they can be read and saved again.
+             */
+            versions: components["schemas"]["VersionView"][];
         };
         /**
          * TokenRequest
@@ -5895,6 +6416,49 @@ export interface components {
             time_s: number;
             /** Xy */
             xy: number[];
+        };
+        /**
+         * Trip
+         * @description A scheduled run on the days of its service.
+         * @example {
+         *       "trip_id": "morning-1",
+         *       "service_id": "term",
+         *       "calls": [
+         *         {
+         *           "stop_id": "library",
+         *           "leaves": "08:00"
+         *         },
+         *         {
+         *           "stop_id": "east-gate",
+         *           "leaves": "08:12"
+         *         }
+         *       ]
+         *     }
+         */
+        Trip: {
+            /** Trip Id */
+            trip_id: string;
+            /**
+             * Service Id
+             * @description Whose calendar says on which days it runs; empty: every day but holidays.
+             * @default
+             */
+            service_id: string;
+            /** Calls */
+            calls: components["schemas"]["TripCall"][];
+        };
+        /**
+         * TripCall
+         * @description Campus local time; after 24:00 is on the next day.
+         */
+        TripCall: {
+            /** Stop Id */
+            stop_id: string;
+            /**
+             * Leaves
+             * @example 08:00
+             */
+            leaves: string;
         };
         /** TripView */
         TripView: {
@@ -6211,6 +6775,22 @@ export interface components {
             charged_at_ms: number;
             /** @default 0 */
             unavailable_since_ms: number;
+        };
+        /** VersionView */
+        VersionView: {
+            /** Revision */
+            revision: number;
+            /** Trips */
+            trips: number;
+            /** Made By */
+            made_by: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /** Note */
+            note: string;
         };
         /**
          * VisitScene
@@ -6565,6 +7145,86 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_stop_board: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                stop_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["BoardView"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_stop_code: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                stop_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description A picture. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/svg+xml": string;
+                };
             };
             /** @description Not Found */
             404: {
@@ -8651,6 +9311,171 @@ export interface operations {
             };
         };
     };
+    get_notice_key: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["NoticeKeyView"];
+                };
+            };
+        };
+    };
+    ask_for_notices: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                /** @description The secret of the passenger's link, from the answer to the booking. */
+                token: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SubscriptionRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SubscriptionView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_notices: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                /** @description The secret of the passenger's link, from the answer to the booking. */
+                token: string;
+                subscription_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_ride_record: {
         parameters: {
             query?: never;
@@ -10220,6 +11045,347 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_service_trips: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_service_trips: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TimetableBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_timetable_version: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                revision: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    preview_timetable: {
+        parameters: {
+            query?: never;
+            header: {
+                /** @description The revision that you have seen. */
+                "If-Match": number;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TimetableBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TimetableEffectView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Precondition Failed */
+            412: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -103,6 +103,8 @@ export function aRide(changes: Partial<RideScene> = {}): RideScene {
     arrive_by_ms: 0,
     pickup_eta_ms: 0,
     arrival_eta_ms: 0,
+    arrival_earliest_ms: 0,
+    arrival_latest_ms: 0,
     reason: "",
     pickup_earliest_ms: 0,
     pickup_latest_ms: 0,

@@ -15,6 +15,8 @@ const waiting: Partial<RideScene> = {
   pickup_earliest_ms: now_ms + 3 * minute_ms,
   pickup_latest_ms: now_ms + 6 * minute_ms,
   arrival_eta_ms: now_ms + 12 * minute_ms,
+  arrival_earliest_ms: now_ms + 9 * minute_ms,
+  arrival_latest_ms: now_ms + 13 * minute_ms,
 };
 
 function stateOf(ride: Partial<RideScene>, vehicle: VehicleScene | null, knowledge = now) {
@@ -53,7 +55,8 @@ test("aboard knows whether the next stop is the own one", () => {
   const aboard = { state: "aboard" } as const;
   expect(stateOf(aboard, aVehicle({ next_stop: "elsewhere" }))).toEqual({
     kind: "aboard",
-    arrival_ms: now_ms + 12 * minute_ms,
+    earliest_ms: now_ms + 9 * minute_ms,
+    latest_ms: now_ms + 13 * minute_ms,
     is_next: false,
   });
   expect(stateOf(aboard, aVehicle({ next_stop: "library" }))).toMatchObject({ is_next: true });

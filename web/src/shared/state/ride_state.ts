@@ -16,6 +16,8 @@ export interface RideFacts {
   readonly earliest_ms: number | null;
   readonly latest_ms: number | null;
   readonly arrival_eta_ms: number | null;
+  readonly arrival_earliest_ms: number | null;
+  readonly arrival_latest_ms: number | null;
 }
 
 /** Between these the shuttle picks the party up; null while no time can be promised. */
@@ -33,7 +35,9 @@ export type PresentRideState =
   | { readonly kind: "at_stop" }
   | {
       readonly kind: "aboard";
-      readonly arrival_ms: number | null;
+      /** The party arrives between these; null while it is not known. */
+      readonly earliest_ms: number | null;
+      readonly latest_ms: number | null;
       /** The next stop is where the party gets off. */
       readonly is_next: boolean;
     }
@@ -84,7 +88,8 @@ export function presentRideState(
       if (isAt(ride.to_stop)) return { kind: "at_destination" };
       return {
         kind: "aboard",
-        arrival_ms: ride.arrival_eta_ms,
+        earliest_ms: ride.arrival_earliest_ms ?? ride.arrival_eta_ms,
+        latest_ms: ride.arrival_latest_ms ?? ride.arrival_eta_ms,
         is_next: vehicle?.task.next_stop === ride.to_stop,
       };
     case "boarding":
@@ -124,6 +129,8 @@ export function factsOfScene(ride: RideScene): RideFacts {
     earliest_ms: sceneTime(ride.pickup_earliest_ms),
     latest_ms: sceneTime(ride.pickup_latest_ms),
     arrival_eta_ms: sceneTime(ride.arrival_eta_ms),
+    arrival_earliest_ms: sceneTime(ride.arrival_earliest_ms),
+    arrival_latest_ms: sceneTime(ride.arrival_latest_ms),
   };
 }
 

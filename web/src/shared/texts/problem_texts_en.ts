@@ -9,6 +9,8 @@ export const en = {
   ride_already_aboard: "You are already on board.",
   ride_not_aboard: "The shuttle has not confirmed yet that you are on board.",
   ride_not_completed: "Only a ride that you have taken can be rated, after its end.",
+  notices_unavailable: "This campus sends no notifications.",
+  push_subscription_invalid: "Nothing can be sent to this browser.",
   ride_ended: "This ride has already ended.",
   ride_not_assigned: "No shuttle is assigned to your ride yet. Wait a moment.",
   illegal_transition: "The ride has changed in the meantime. Check its state and try again.",

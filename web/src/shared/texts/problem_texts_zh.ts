@@ -11,6 +11,8 @@ export const zh: Record<keyof typeof en, string> = {
   ride_already_aboard: "您已经在车上了。",
   ride_not_aboard: "车辆尚未确认您已上车。",
   ride_not_completed: "只有已乘坐并结束的行程才能评价。",
+  notices_unavailable: "本校区不发送通知。",
+  push_subscription_invalid: "无法向此浏览器发送通知。",
   ride_ended: "此行程已结束。",
   ride_not_assigned: "尚未安排车辆，请稍候。",
   illegal_transition: "行程状态刚刚发生变化，请查看最新状态后重试。",

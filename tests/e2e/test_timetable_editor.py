@@ -1,0 +1,71 @@
+"""A dispatcher edits the timetable: trips, a preview, another operator meanwhile, and back again."""
+
+from datetime import UTC, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.e2e.conftest import OpenPage
+from tests.e2e.operator import sign_in
+from tests.e2e.server_process import ServerProcess
+
+pytestmark = [pytest.mark.browser, pytest.mark.real]
+
+
+def hour_without_departures(server: ServerProcess) -> str:
+    """Hours from now, so that the shuttles of other tests stay free."""
+    zone = ZoneInfo(server.http.get("/campus").json()["timezone"])
+    return (datetime.now(UTC).astimezone(zone) + timedelta(hours=6)).strftime("%H")
+
+
+def fill_trip(page: Page, trip_id: str, *calls: tuple[str, str]) -> None:
+    page.get_by_role("button", name="New trip").click()
+    page.get_by_label("Trip id").fill(trip_id)
+    for number, (stop, leaves) in enumerate(calls, 1):
+        page.get_by_label(f"Stop {number}", exact=True).select_option(label=stop)
+        page.get_by_label(f"Leaves stop {number} at").fill(leaves)
+    page.get_by_role("button", name="Keep the trip").click()
+
+
+def publish_as_another(server: ServerProcess, trips: list[object], revision: int) -> None:
+    headers = {"If-Match": str(revision)}
+    answer = server.http.put("/service/trips", json={"trips": trips}, headers=headers)
+    assert answer.is_success, answer.text
+
+
+def test_a_timetable_is_edited_previewed_and_published_and_no_version_is_lost(
+    open_page: OpenPage, server: ServerProcess
+) -> None:
+    hour = hour_without_departures(server)
+    begun = server.http.get("/service/trips").json()
+    page = open_page("/console#/service", allowed=(400, 412))
+    sign_in(page)
+    page.get_by_role("button", name="Edit the timetable").click()
+    fill_trip(page, "evening-1", ("Main Library", f"{hour}:30"), ("Gymnasium", f"{hour}:10"))
+    page.get_by_role("button", name="Preview").click()
+    expect(page.get_by_text("no later than")).to_be_visible()
+    trip = page.locator("[data-edited-trip='evening-1']")
+    trip.get_by_role("button", name="Edit").click()
+    page.get_by_label("Leaves stop 2 at").fill(f"{hour}:45")
+    page.get_by_role("button", name="Keep the trip").click()
+    page.get_by_role("button", name="Preview").click()
+    effect = page.locator("[data-timetable-effect]")
+    expect(effect).to_contain_text("New trips: evening-1")
+    expect(effect).to_contain_text("No departure of the coming hour is affected.")
+    publish_as_another(server, [], begun["revision"])
+    page.get_by_role("button", name="Publish", exact=True).click()
+    expect(page.get_by_text("Nothing was overwritten")).to_be_visible()
+    page.get_by_role("button", name="Publish mine after theirs").click()
+    page.get_by_role("button", name="Preview").click()
+    page.get_by_role("button", name="Publish", exact=True).click()
+    expect(page.locator("[data-trip='evening-1']")).to_contain_text(f"{hour}:30")
+    page.get_by_role("button", name="Edit the timetable").click()
+    page.get_by_text("Earlier versions").click()
+    page.get_by_role("button", name="Take the map’s").click()
+    page.get_by_role("button", name="Preview").click()
+    expect(effect).to_contain_text("Removed trips: evening-1")
+    page.get_by_role("button", name="Publish", exact=True).click()
+    expect(page.locator("[data-trip='evening-1']")).to_have_count(0)
+    versions = server.http.get("/service/trips").json()["versions"]
+    assert [one["trips"] for one in versions[:3]] == [len(begun["trips"]), len(begun["trips"]) + 1, 0]
