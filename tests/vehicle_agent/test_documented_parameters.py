@@ -14,6 +14,7 @@ from vehicle_agent.guard.limits import Limits
 from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.signalling import VehicleSignalling
+from vehicle_agent.lidar.plausibility import CloudLimits
 from vehicle_agent.link import client, clock, outbox, session, upload
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.localization.laser.dead_reckoning import DeadReckoningParams
@@ -49,6 +50,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
+    "lidar": (CloudLimits,),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (
         DeadReckoningParams,
