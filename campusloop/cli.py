@@ -46,8 +46,8 @@ _GROUPS = {
     "rides": "Rides of a running server: list, show, book, cancel.",
     "runs": "Recorded runs on disk: list, show, export.",
     "vehicle": "A vehicle's response: identify it from a recorded drive.",
+    "workshop": "Offline work on sensor logs: occupancy maps from laser logs, calibration of lidars.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
-    "workshop": "Offline work on sensor logs: occupancy maps from laser logs.",
 }
 _HIDDEN = ("warm",)
 
