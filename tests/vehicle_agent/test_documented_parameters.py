@@ -23,6 +23,7 @@ from vehicle_agent.localization.laser.surfaces import SurfaceParams
 from vehicle_agent.localization.monte_carlo.global_search import GlobalSearchParams
 from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
 from vehicle_agent.localization.monte_carlo.localization import MonteCarloParams
+from vehicle_agent.localization.odometry.lidar_odometry import OdometryParams
 from vehicle_agent.localization.odometry_ekf import OdometryNoise
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
@@ -42,6 +43,7 @@ from vehicle_agent.world.surroundings import Surroundings
 from vehicle_agent.world.view import VisibilityParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
+    "odometry": (OdometryParams,),
     "onboard": (rates,),
     "guard": (Guard, Avoidance, Limits),
     "gate": (GateSettings,),
