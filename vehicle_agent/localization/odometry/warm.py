@@ -3,6 +3,7 @@
 import numpy as np
 
 from vehicle_agent.localization.odometry.lidar_odometry import LidarOdometry
+from vehicle_agent.localization.odometry.voxel_map import remove_far
 from vehicle_agent.signals.point_cloud import point_cloud
 
 
@@ -19,3 +20,4 @@ def warm_odometry() -> None:
                 100_000_000 * number, walls + np.array([0.1 * number, 0.0, 0.0]), offsets_ns=offsets_ns
             )
         )
+    remove_far(odometry.state.voxels, np.zeros(3), 3.0)
