@@ -9,8 +9,8 @@ PY := $(BIN)/python
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-faults \
-  lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers lock oracle generators \
-  cluster tracing sbom docs clean
+  lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators \
+  cluster tracing workshop sbom docs clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -25,9 +25,11 @@ help:
 	@echo "make generators  install what tests check the specifications with (CI does)"
 	@echo "make cluster     install Dask, for --cluster (CI does)"
 	@echo "make tracing     install what sends traces of rides, for OTEL_EXPORTER_OTLP_ENDPOINT (CI does)"
+	@echo "make workshop    install what reads ROS bags and GNSS receivers (CI does)"
 	@echo "make sbom    what the server and the pages consist of, in CycloneDX (var/sbom)"
 	@echo "make docs    build the documentation as a site (var/docs/html); a broken link is an error (CI does)"
 	@echo "make web     build the pages; make maps rebuilds the shipped maps"
+	@echo "make odometry-peers  KISS-ICP to compare with (python -m benchmarks.odometry --peers)"
 	@echo "make peers   open planners to compare with (python -m benchmarks.peers)"
 
 # Everything at once: packages beside the pages, kernels as soon as numba is there.
@@ -170,6 +172,15 @@ var/peers/installed: requirements/peers.txt
 	var/peers/bin/pip install --quiet --disable-pip-version-check -r requirements/peers.txt
 	@touch $@
 
+# KISS-ICP for `python -m benchmarks.odometry --peers`.
+odometry-peers: var/odometry-peers/installed
+
+var/odometry-peers/installed: requirements/odometry-peers.txt
+	$(PYTHON) -m venv var/odometry-peers
+	var/odometry-peers/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
+	  -r requirements/odometry-peers.txt
+	@touch $@
+
 # What other people's tools say of the specifications, in tests/server/api/specifications: linters in web/tools, and
 # the Python generator of clients, whose libraries clash with ours.
 generators: var/generators/installed web/tools/node_modules/installed
@@ -205,6 +216,10 @@ cluster: .venv/installed
 tracing: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/tracing.txt
 
+# rosbags, pynmeagps and pyubx2: ROS bags, and what GNSS receivers say.
+workshop: .venv/installed
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/workshop.txt
+
 var/generators/installed: requirements/generators.txt
 	$(PYTHON) -m venv var/generators
 	var/generators/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
@@ -221,8 +236,8 @@ lock: .venv/installed
 	$(PY) -m uv --version >/dev/null 2>&1 || $(BIN)/pip install --quiet uv
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
-	for tool in docs generators sbom; do $(COMPILE) requirements/$$tool.in -o requirements/$$tool.txt || exit 1; done
-	for extra in cluster oracle mutants; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
+	for tool in docs generators odometry-peers sbom; do $(COMPILE) requirements/$$tool.in -o requirements/$$tool.txt || exit 1; done
+	for extra in cluster oracle mutants workshop; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
 	$(LOCKED) --extra tracing -c requirements/lock.txt -o requirements/tracing.txt \

@@ -26,6 +26,7 @@ _COMMANDS = (
     "vehicle",
     "dispatch",
     "infrastructure",
+    "sensors",
     "openapi",
     "backup",
     "restore",
@@ -46,8 +47,9 @@ _GROUPS = {
     "rides": "Rides of a running server: list, show, book, cancel.",
     "runs": "Recorded runs on disk: list, show, export.",
     "vehicle": "A vehicle's response: identify it from a recorded drive.",
+    "sensors": "Sensors, live or recorded: check what they send.",
+    "workshop": "Offline work on sensor logs: occupancy maps from laser logs, calibration of lidars.",
     "waypoints": "Waypoint files, of a route or of a recorded drive.",
-    "workshop": "Offline work on sensor logs: occupancy maps from laser logs.",
 }
 _HIDDEN = ("warm",)
 

@@ -8,15 +8,15 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from campusloop.commands.calibrate import calibrate_lidars
+
 app = typer.Typer(no_args_is_help=True)
 console = Console(soft_wrap=True)
 
 EXIT_BAD_INPUT = 2
 
 
-@app.callback()
-def workshop() -> None:
-    """A group of one command so far: typer would otherwise leave out its name."""
+app.command("calibrate")(calibrate_lidars)
 
 
 @app.command("map")

@@ -26,6 +26,7 @@ GROUPS = {
         Group("simulator", "simulator.warm:warm_kernels"),
         Group("laser_mapping", "workshop.laser_mapping.warm:warm_kernels"),
         Group("gem", "vehicle_agent.stacks.warm:warm_gem"),
+        Group("odometry", "vehicle_agent.localization.odometry.warm:warm_odometry"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),
         Group("bookings", "server.dispatch.warm:warm_bookings"),

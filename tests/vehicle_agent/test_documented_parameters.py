@@ -14,6 +14,7 @@ from vehicle_agent.guard.limits import Limits
 from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.signalling import VehicleSignalling
+from vehicle_agent.lidar.plausibility import CloudLimits
 from vehicle_agent.link import client, clock, outbox, session, upload
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.localization.laser.dead_reckoning import DeadReckoningParams
@@ -22,6 +23,7 @@ from vehicle_agent.localization.laser.surfaces import SurfaceParams
 from vehicle_agent.localization.monte_carlo.global_search import GlobalSearchParams
 from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
 from vehicle_agent.localization.monte_carlo.localization import MonteCarloParams
+from vehicle_agent.localization.odometry.lidar_odometry import OdometryParams
 from vehicle_agent.localization.odometry_ekf import OdometryNoise
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
@@ -41,6 +43,7 @@ from vehicle_agent.world.surroundings import Surroundings
 from vehicle_agent.world.view import VisibilityParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
+    "odometry": (OdometryParams,),
     "onboard": (rates,),
     "guard": (Guard, Avoidance, Limits),
     "gate": (GateSettings,),
@@ -49,6 +52,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
+    "lidar": (CloudLimits,),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (
         DeadReckoningParams,

@@ -1,0 +1,1 @@
+"""How far lidar odometry drifts, beside KISS-ICP (python -m benchmarks.odometry)."""

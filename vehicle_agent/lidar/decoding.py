@@ -1,0 +1,21 @@
+"""Packets of any known lidar: which model sends them, and what they say."""
+
+from vehicle_agent.lidar import hesai, velodyne
+from vehicle_agent.lidar.models import VELODYNE, LidarModel
+from vehicle_agent.lidar.packets import PacketError, Packets
+
+
+def model_of(packet: bytes) -> LidarModel:
+    """The model that sends this packet; PacketError."""
+    if velodyne.is_velodyne(packet):
+        return velodyne.model_of(packet)
+    if hesai.is_hesai(packet):
+        return hesai.model_of(packet)
+    raise PacketError(
+        "unknown_model", f"{len(packet)} bytes that begin with {packet[:4].hex()} are no known packet"
+    )
+
+
+def decode_packets(data: list[bytes], model: LidarModel) -> Packets:
+    """These packets of one model, at least one; PacketError for the first one that is wrong."""
+    return velodyne.decode(data, model) if model.maker == VELODYNE else hesai.decode(data, model)

@@ -1,0 +1,1 @@
+"""The vehicle's motion from lidar scans alone; runs in a worker, pure."""
