@@ -47,6 +47,7 @@ class LocalizationState(msgspec.Struct, frozen=True):
     offset_std_m, offset_std_rad  of place and heading, as the receiver last stated them
     disagrees_since_ns  since when fixes have not been believed, 0: the last one was
     together_since_ns   since when they have been in one place beside the pose
+    outage_m            driven without a fix before that
     disagreement        where the last one of them was beside the pose, m, in the map frame
     standing_ns         since when the wheels stand, 0: they turn
     invalid_ns          when a value was last not finite, 0 never
@@ -69,6 +70,7 @@ class LocalizationState(msgspec.Struct, frozen=True):
     offset_std_rad: float = 0.0
     disagrees_since_ns: int = 0
     together_since_ns: int = 0
+    outage_m: float = 0.0
     disagreement: tuple[float, float] = (0.0, 0.0)
     standing_ns: int = 0
     jump_since_ns: int = 0
@@ -84,11 +86,13 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
     """Extended Kalman filter over odometry; a fix is believed while it is where it can be.
 
     slip_s2pm         of the rear axle on nominal tyres: where the filter begins
+    stated_factor     so many times what the receiver states is believed: it knows nothing of reflections
     heading_std_rad   of a receiver that does not state it
     gate              squared Mahalanobis distance beyond which a fix is not believed (5 sigma)
     doubt_ns          fixes that disagree for longer than this make the pose doubtful: half of the distance
                       counts as deviation
     restart_ns        after so long the pose starts again at the fixes, if they stay together (`pose_jump`)
+    restart_soon_ns, blind_m  the same after an outage of blind_m and more: odometry is good for less then
     together_m        how far they may wander meanwhile
     outage_m_max      farther without a believed fix, no deviation is small enough (`pose_stale`)
     nonsense_ns_max   so long without a believed fix, values that are not finite stop the vehicle
@@ -100,10 +104,13 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
     origin: Origin
     noise: OdometryNoise = OdometryNoise()
     slip_s2pm: float = 0.0
+    stated_factor: float = 1.25
     heading_std_rad: float = 0.0087
     gate: float = 25.0
     doubt_ns: int = 1_000_000_000
-    restart_ns: int = 20_000_000_000
+    restart_ns: int = 60_000_000_000
+    restart_soon_ns: int = 3_000_000_000
+    blind_m: float = 20.0
     together_m: float = 1.0
     outage_m_max: float = 200.0
     nonsense_ns_max: int = 300_000_000
@@ -230,9 +237,9 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
         )
 
     def _stated(self, fix: GnssFix) -> tuple[float, float]:
-        """Deviations of place and heading, as the receiver states them."""
+        """Deviations of place and heading that are believed of the receiver."""
         heading_rad = fix.heading_std_rad if fix.heading_std_rad > 0.0 else self.heading_std_rad
-        return max(fix.position_std_m, 1e-3), heading_rad
+        return max(self.stated_factor * fix.position_std_m, 1e-3), heading_rad
 
     def _disagreeing(
         self, state: LocalizationState, fix: GnssFix, then_now: Pose2, disagreement: tuple[float, float]
@@ -243,11 +250,17 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
         strayed_m = math.hypot(disagreement[0] - before[0], disagreement[1] - before[1])
         if state.disagrees_since_ns == 0 or strayed_m > self.together_m + 3.0 * fix.position_std_m:
             together_ns = now_ns
-        if now_ns - together_ns >= self.restart_ns:
+        outage_m = state.outage_m if state.disagrees_since_ns else state.since_fix_m
+        restart_ns = self.restart_ns if outage_m < self.blind_m else self.restart_soon_ns
+        if now_ns - together_ns >= restart_ns:
             restarted = self._started_at(state, fix, then_now)
             return msgspec.structs.replace(restarted, jump_since_ns=now_ns)
         return msgspec.structs.replace(
-            state, disagrees_since_ns=since_ns, together_since_ns=together_ns, disagreement=disagreement
+            state,
+            disagrees_since_ns=since_ns,
+            together_since_ns=together_ns,
+            outage_m=outage_m,
+            disagreement=disagreement,
         )
 
     def _started_at(self, state: LocalizationState, fix: GnssFix, then_now: Pose2) -> LocalizationState:

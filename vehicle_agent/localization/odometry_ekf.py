@@ -33,8 +33,8 @@ class OdometryNoise(msgspec.Struct, frozen=True):
 
     along_mps: float = 0.012
     across_ratio: float = 0.004
-    yaw_radps: float = 0.0005
-    turn_ratio: float = 0.01
+    yaw_radps: float = 0.0008
+    turn_ratio: float = 0.015
     gyro_bias_radps: float = 2e-5
     scale: float = 2e-4
     slip_s2pm: float = 1e-4

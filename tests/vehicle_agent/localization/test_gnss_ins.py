@@ -125,19 +125,19 @@ def test_a_jump_of_the_receiver_is_not_followed_and_makes_the_pose_doubtful() ->
 
 def test_a_lasting_jump_is_followed_and_told_as_a_fault() -> None:
     _, state, x_m = driven_east(50, fixes=50)
-    ego, state = jumped(state, x_m, 20.1, (30.0, 5.0))
+    ego, state = jumped(state, x_m, 60.1, (30.0, 5.0))
     assert abs(ego.pose_map.y_m - 5.0) < 0.1
     assert not ego.valid
     assert "pose_jump" in [fault.code for fault in ego.faults]
-    ego, _ = jumped(state, x_m + 0.04 * 1005, 2.5, (30.0, 5.0))
+    ego, _ = jumped(state, x_m + 0.04 * 3005, 2.5, (30.0, 5.0))
     assert ego.valid
 
 
 def test_fixes_that_wander_far_from_each_other_are_not_followed() -> None:
     _, state, x_m = driven_east(50, fixes=50)
-    for k in range(60):
+    for k in range(140):
         ego, state = jumped(state, x_m + 0.04 * 25 * k, 0.5, (30.0 + 5.0 * k, 10.0))
-    assert abs(ego.pose_map.y_m) < 0.3
+    assert abs(ego.pose_map.y_m) < 0.5
     assert not ego.valid
 
 
