@@ -25,7 +25,9 @@ from tests.server.api.specifications.web_tools import (
 pytestmark = pytest.mark.real
 HERE = Path(__file__).parent
 DOCUMENT: dict[str, Any] = json.loads(json.dumps(bare_app().openapi()))
-OPTIONS = ("--meta", "none", "--output-path", "campus_client", "--fail-on-warning")
+OPTIONS = ("--meta", "none", "--output-path", "campus_client", "--fail-on-warning", "--config", "config.json")
+# It knows no pictures, and is told to hand them on as they are.
+CONFIG = {"content_type_overrides": {"image/svg+xml": "application/octet-stream"}}
 GENERATORS = ROOT / "var" / "generators" / "bin"
 
 
@@ -63,6 +65,7 @@ def test_openapi_python_client_makes_a_client_that_books_a_ride(tmp_path: Path) 
     if not GENERATORS.exists():
         pytest.skip("openapi-python-client is not installed: make generators")
     (tmp_path / "openapi.json").write_text(json.dumps(DOCUMENT))
+    (tmp_path / "config.json").write_text(json.dumps(CONFIG))
     (tmp_path / "call.py").write_text((HERE / "call.py").read_text())
     # In its environment it finds the formatter that it calls.
     made = subprocess.run(
