@@ -111,6 +111,12 @@ class RealCampus:
         return "\n".join(f"== {log.name}\n{log.read_text()[-800:]}" for log in logs)
 
 
+async def _in_service(campus: LiveCampus) -> None:
+    """The server has heard from the shuttle that it is not held any more; before, a ride is refused."""
+    while (await campus.operator.vehicle("shuttle-1"))["held"]:
+        await asyncio.sleep(0.2)
+
+
 @contextlib.asynccontextmanager
 async def a_real_campus(folder: Path, base_port: int) -> AsyncIterator[RealCampus]:
     """Started on a ring of 464 m, its shuttle released; at the end everything is stopped."""
@@ -125,6 +131,7 @@ async def a_real_campus(folder: Path, base_port: int) -> AsyncIterator[RealCampu
         await campus.start()
         watch = asyncio.create_task(campus.watch())
         await asyncio.wait_for(campus.release_all(), 120.0)
+        await asyncio.wait_for(_in_service(campus), 60.0)
         states: list[str] = []
         people = SimulatedPeople(campus.road_map, control_port(base_port))
         passengers = Passengers(
