@@ -49,7 +49,7 @@ class Drive:
     """Of each tick, arrays (n,).
 
     error_m, std_m  distance from the truth, and the stated deviation; nees: squared error over the covariance
-    cpu_s           of the room; outage: the receiver was silent; wrong: it was shifted
+    cpu_s           of the room; wrong: the receiver was shifted
     drivable        the pose is valid and its deviation allows full speed
     """
 
@@ -57,7 +57,6 @@ class Drive:
     std_m: Array
     nees: Array
     cpu_s: Array
-    outage: Array
     drivable: Array
     wrong: Array
 
@@ -101,13 +100,12 @@ def drive(
                 ego.position_std_m,
                 nees,
                 cpu_s,
-                receiver.silent,
                 drivable,
                 receiver.shift_m != (0.0, 0.0),
             )
         )
     table = np.array(rows, dtype=np.float64)
-    return Drive(*(table[:, i] for i in range(7)))
+    return Drive(*(table[:, i] for i in range(6)))
 
 
 def _is_outage(odometer_m: float, conditions: Conditions) -> bool:

@@ -14,7 +14,7 @@ def a_drive(error_m: list[float], drivable: list[int], wrong: list[int]) -> Driv
     """Each value for half a second."""
     rows = [np.repeat(np.array(row, dtype=np.float64), 25) for row in (error_m, drivable, wrong)]
     nothing = np.zeros(len(rows[0]))
-    return Drive(rows[0], nothing, nothing, nothing, nothing, rows[1], rows[2])
+    return Drive(rows[0], nothing, nothing, nothing, rows[1], rows[2])
 
 
 def test_a_jump_is_found_if_it_is_told_in_time_or_does_no_harm() -> None:

@@ -78,9 +78,12 @@ class LinkMail:
 
     def _keep_lost(self) -> None:
         """Puts lost updates before those that were never posted: they are older."""
+        if not self._lost:
+            return
         younger, self._kept = self._kept, deque()
-        for update in (*self._lost, *younger):
+        for update in self._lost:
             self._keep(update)
+        self._kept.extend(younger)
         self._lost = []
 
     def _keep(self, update: TickUpdate | None) -> None:
