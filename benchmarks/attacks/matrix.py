@@ -29,7 +29,7 @@ get_readiness get_notice_key get_stop_board get_stop_code"""
 # By a link; by a code; by a signature: everybody may try, and only the holder gets anything.
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
 ask_for_notices stop_notices get_series cancel_series cancel_series_day"""
-BY_SECRET = "enrol_vehicle put_segment"
+BY_SECRET = "enrol_vehicle put_segment get_map_for_vehicle"
 # For passengers; a token that is sent along must be good for driving.
 BOOKINGS = "book_ride book_series"
 OWN_SESSION = """get_session sign_out choose_password begin_second_factor remove_second_factor

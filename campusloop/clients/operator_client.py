@@ -23,6 +23,7 @@ class ReportedVehicle(TypedDict):
     connected: bool
     placed: bool
     held: bool
+    map_version: str
 
 
 class ReportedRide(TypedDict):
@@ -59,6 +60,11 @@ class OperatorClient:
         # program was given the address that it uses.
         for cookie in self._client.cookies.jar:
             cookie.secure = False
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """What a request that changes something needs besides the session's cookie."""
+        return {"X-CSRF-Token": self._csrf} if self._csrf else {}
 
     async def enrol(self, vehicle_id: str, body: Body, public_key: str) -> None:
         """Create a code for the vehicle and, as the vehicle, enrol its key with the code."""
@@ -126,8 +132,7 @@ class OperatorClient:
         return found
 
     async def _post(self, path: str, body: Mapping[str, object] | None) -> httpx.Response:
-        headers = {"X-CSRF-Token": self._csrf} if self._csrf else {}
-        return _checked(await self._client.post(path, json=body, headers=headers))
+        return _checked(await self._client.post(path, json=body, headers=self.headers))
 
 
 def _checked(answer: httpx.Response) -> httpx.Response:

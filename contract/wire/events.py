@@ -7,6 +7,7 @@ import msgspec
 from contract.geometry import Pose2
 from contract.wire.base import Message
 from contract.wire.bounds import ArcLength, Count, Distance, Id, LongText, PlaceId, Places, StampNs
+from contract.wire.maps import MapFailure
 from contract.wire.orders import VisitState
 from contract.wire.reasons import FaultCode, HoldReason
 from contract.wire.status import DriveMode, FaultReport
@@ -121,6 +122,14 @@ class DestinationRequested(Event, frozen=True, tag="destination_requested"):
     stop_id: PlaceId
 
 
+class MapChangeFailed(Event, frozen=True, tag="map_change_failed"):
+    """The vehicle keeps the map that it has, and tries again. Only after `MapPublished`."""
+
+    map_version: Id
+    code: MapFailure
+    detail: LongText = ""
+
+
 VehicleEvent = (
     VisitChanged
     | DoorsChanged
@@ -138,6 +147,7 @@ VehicleEvent = (
     | CodeRefused
     | HelpRequested
     | DestinationRequested
+    | MapChangeFailed
 )
 
 

@@ -5,8 +5,8 @@ vehicle monotonic nanoseconds since its boot, on the server UTC nanoseconds sinc
 exchange ties the two together (`ClockSample`). Schema evolution is additive; a breaking change raises
 `PROTOCOL_VERSION`.
 
-The messages of one concern are in one file: session, orders, commands, status, events, infrastructure. Others
-import them from here.
+The messages of one concern are in one file: session, orders, commands, status, events, maps,
+infrastructure. Others import them from here.
 """
 
 from contract.wire.base import Message
@@ -24,6 +24,7 @@ from contract.wire.events import (
     EventsAcknowledged,
     FaultRaised,
     HelpRequested,
+    MapChangeFailed,
     ModeChanged,
     RiderAlighted,
     RiderBoarded,
@@ -36,6 +37,7 @@ from contract.wire.events import (
     VisitChanged,
 )
 from contract.wire.infrastructure import Presence, PresenceRefused, PresenceReport
+from contract.wire.maps import MapPublished
 from contract.wire.orders import (
     Grants,
     Order,
@@ -100,6 +102,8 @@ __all__ = (
     "Headlights",
     "Hello",
     "HelpRequested",
+    "MapChangeFailed",
+    "MapPublished",
     "Message",
     "ModeChanged",
     "Order",
@@ -146,5 +150,6 @@ ServerMessage = (
     | FleetVehicle
     | Presence
     | EventsAcknowledged
+    | MapPublished
     | Goodbye
 )

@@ -19,7 +19,8 @@ from contract.wire.bounds import (
 from contract.wire.events import EventLogState
 from contract.wire.orders import OrderProgress
 
-PROTOCOL_VERSION = 1
+# 2: a vehicle takes `MapPublished`.
+PROTOCOL_VERSION = 2
 OLDEST_PROTOCOL_VERSION = 1
 # Boots whose events are not acknowledged yet.
 BOOTS_MAX = 1_000

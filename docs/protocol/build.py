@@ -24,7 +24,9 @@ from server.api.sockets.live import Refused, Watch
 from server.live.scene import Delta, Snapshot
 
 FOLDER = Path(__file__).parent
-SOCKET_VERSION = f"{PROTOCOL_VERSION}.0.0"
+VEHICLE_VERSION = f"{PROTOCOL_VERSION}.0.0"
+# Of the sockets that speak no version: nothing in them has been broken so far.
+SOCKET_VERSION = "1.0.0"
 
 VEHICLE_TEXT = f"""Protocol version {PROTOCOL_VERSION}. Text frames of JSON, one message each, tagged `type`.
 
@@ -67,7 +69,9 @@ def _vehicle() -> dict[str, Any]:
     )
     text = VEHICLE_TEXT.format(closings=closings)
     received, sent = typing.get_args(VehicleMessage), typing.get_args(ServerMessage)
-    return _of_structs("Campusloop vehicle link", text, "/ws/vehicle", received, sent)
+    return _of_structs(
+        "Campusloop vehicle link", text, "/ws/vehicle", received, sent, version=VEHICLE_VERSION
+    )
 
 
 def _live() -> dict[str, Any]:
@@ -86,7 +90,13 @@ def _infrastructure() -> dict[str, Any]:
 
 
 def _of_structs(
-    title: str, text: str, address: str, received: Sequence[Any], sent: Sequence[Any], bearer: str = ""
+    title: str,
+    text: str,
+    address: str,
+    received: Sequence[Any],
+    sent: Sequence[Any],
+    bearer: str = "",
+    version: str = SOCKET_VERSION,
 ) -> dict[str, Any]:
     """received and sent as the server sees them."""
     _, schemas = schemas_of([*received, *sent])
@@ -98,7 +108,7 @@ def _of_structs(
         _name(kind): message(kind.__name__, text_of(kind), {"$ref": f"#/components/schemas/{kind.__name__}"})
         for kind in (*received, *sent)
     }
-    return document(Socket(title, SOCKET_VERSION, text, address, messages, operations, schemas, bearer))
+    return document(Socket(title, version, text, address, messages, operations, schemas, bearer))
 
 
 def _name(kind: Any) -> str:

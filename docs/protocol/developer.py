@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from contract.wire.messages import PROTOCOL_VERSION
 from docs.protocol.asyncapi import REF, Operation, Socket, message, schemas_of, text_of
 from server.api.security.access import Actor
 from server.api.sockets.developer_messages import NOTIFICATIONS
@@ -18,7 +17,7 @@ from server.api.sockets.json_rpc import (
     Method,
 )
 
-VERSION = f"{PROTOCOL_VERSION}.0.0"
+VERSION = "1.0.0"
 TOKEN = "Made by an operator, with the scopes read and drive."
 TEXT = f"""JSON-RPC 2.0, batches of up to {BATCH_MAX} requests and notifications included. Open it with the
 header `Authorization: Bearer TOKEN`; tokens are made by operators and have the scopes read and drive. A

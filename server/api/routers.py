@@ -16,6 +16,7 @@ from server.api.interventions import routes as interventions
 from server.api.maps import drafts as map_drafts
 from server.api.maps import routes as maps
 from server.api.maps import uploads as map_uploads
+from server.api.maps import vehicle_files
 from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
@@ -65,6 +66,7 @@ def bare_app(**options: Any) -> FastAPI:
         map_uploads.router,
         map_drafts.router,
         maps.router,
+        vehicle_files.router,
         rides.router,
         notices.router,
         records.router,

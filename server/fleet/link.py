@@ -16,6 +16,7 @@ from contract.tracing import rides_of
 from contract.wire.bounds import LONG_CHARACTERS_MAX
 from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
+from contract.wire.maps import MAPS_SINCE_PROTOCOL, MapPublished
 from contract.wire.messages import (
     EventLogState,
     FleetVehicle,
@@ -48,7 +49,7 @@ from server.fleet.hello import facts_of
 from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
-from server.usecases.fleet import quarantine, vehicle_sessions, vehicles
+from server.usecases.fleet import map_changes, quarantine, vehicle_sessions, vehicles
 from server.usecases.orders import orders, outbox
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import audit
@@ -327,8 +328,8 @@ class Link:
         if self.session.state != "open" or self._backlog.holds_back(self._now_ns()):
             return
         begun_ns = self._now_ns()
-        waiting = await self._ports.transactions.run(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
-        for message in self._sent.choose(waiting, self._now_ns()):
+        waiting, published = await self._ports.transactions.run(self._waiting_messages)
+        for message in self._sent.choose(waiting, self._now_ns(), published):
             await self._perform_all(self.session.send(message))
             if self._ports.spans is not None and isinstance(message, Order):
                 rides, fields = (
@@ -336,6 +337,12 @@ class Link:
                     {"vehicle_id": self.vehicle_id, "order_id": message.order_id},
                 )
                 self._ports.spans.add(rides, "order.sent", begun_ns, self._now_ns(), **fields)
+
+    def _waiting_messages(self, uow: UnitOfWork) -> tuple[outbox.Outbox, MapPublished | None]:
+        published = None
+        if self.session.protocol >= MAPS_SINCE_PROTOCOL:
+            published = map_changes.announcement(uow, self.vehicle_id, self._sent.announced)
+        return outbox.outbox_of(uow, self.vehicle_id), published
 
     # ---------------------------------------------------------------- waiting, and the end
 

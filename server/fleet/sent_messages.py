@@ -1,6 +1,6 @@
 """What one session has sent: changes are sent at once, unanswered messages again after a while."""
 
-from contract.wire.messages import Grants, Order, SectionGrant, ServerMessage
+from contract.wire.messages import Grants, MapPublished, Order, SectionGrant, ServerMessage
 from server.usecases.orders.outbox import Outbox
 
 REPEAT_AFTER_NS = 3_000_000_000
@@ -9,18 +9,25 @@ REPEAT_AFTER_NS = 3_000_000_000
 class SentMessages:
     """Chooses from an outbox what to send now. Repeats are harmless to the vehicle."""
 
-    __slots__ = ("_grants", "_sent_ns", "unanswered")
+    __slots__ = ("_grants", "_sent_ns", "announced", "unanswered")
 
     def __init__(self) -> None:
+        """announced: the map version that the vehicle was told of last, "" for none."""
+        self.announced = ""
         self._sent_ns: dict[str, int] = {}
         self._grants: tuple[str, tuple[SectionGrant, ...]] = ("", ())
         self.unanswered = False
 
-    def choose(self, outbox: Outbox, now_ns: int) -> list[ServerMessage]:
-        """Orders before grants. Afterwards `unanswered` says whether something waits for an answer."""
+    def choose(
+        self, outbox: Outbox, now_ns: int, published: MapPublished | None = None
+    ) -> list[ServerMessage]:
+        """Orders before grants. Afterwards `unanswered` says whether something waits for an answer.
+
+        published: the map in force, for a vehicle that drives by another one
+        """
         messages: list[ServerMessage] = []
         still: dict[str, int] = {}
-        for key, message in _keyed(outbox):
+        for key, message in _keyed(outbox, published):
             sent_ns = self._sent_ns.get(key)
             if sent_ns is None or now_ns - sent_ns >= REPEAT_AFTER_NS:
                 messages.append(message)
@@ -30,6 +37,8 @@ class SentMessages:
         if outbox.grants is not None and self._have_changed(outbox.grants):
             messages.append(outbox.grants)
             self._remember_grants(outbox.grants)
+        if published is not None:
+            self.announced = published.map_version
         self._sent_ns, self.unanswered = still, bool(still)
         return messages
 
@@ -41,8 +50,10 @@ class SentMessages:
             self._grants = (message.order_id, message.sections)
 
 
-def _keyed(outbox: Outbox) -> list[tuple[str, ServerMessage]]:
+def _keyed(outbox: Outbox, published: MapPublished | None) -> list[tuple[str, ServerMessage]]:
     keyed: list[tuple[str, ServerMessage]] = []
+    if published is not None:
+        keyed.append((f"map {published.map_version}", published))
     if outbox.order is not None:
         keyed.append((f"order {outbox.order.order_id} {outbox.order.revision}", outbox.order))
     keyed += [(f"command {command.command_id}", command) for command in outbox.commands]

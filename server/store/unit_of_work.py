@@ -233,7 +233,7 @@ class SqlUnitOfWork:
         return 1.0 if self._factors is None else travel_time_factor_at(self._factors, self.hour_of(moment))
 
     def network_at(self, map_version: str) -> RoadNetwork | None:
-        roads = self._roads_at(map_version)
+        roads = self.roads_at(map_version)
         return None if roads is None else roads.network
 
     def publish(self, topic: str, **fields: str | int) -> None:
@@ -247,17 +247,17 @@ class SqlUnitOfWork:
         version, self._has_closures, self._factors = active.map_version, active.has_closures, active.factors
         if version is None:
             raise CampusUnknown(f"campus {self.campus_id} has no map; import one and activate it")
-        roads = self._roads_at(version)
+        roads = self.roads_at(version)
         if roads is None:
             raise CampusUnknown(f"the active map {version} is missing from the store; import it again")
         if not self._has_closures:
             return roads
         return roads.closed_to(sections_closed(self.closures.standing(), roads.network))
 
-    def _roads_at(self, version: str) -> FleetRoads | None:
+    def roads_at(self, map_version: str) -> FleetRoads | None:
         """Decoded once for the life of the process; None for a map that is not stored."""
-        known = self._library.known(version)
+        known = self._library.known(map_version)
         if known is not None:
             return known
-        stored = self.maps.get(version)
+        stored = self.maps.get(map_version)
         return None if stored is None else self._library.decode(stored.content)

@@ -74,7 +74,7 @@ class RealCampus:
             for ride in self._rides:
                 if ride.done():
                     ride.result()
-            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self._logs()}"
+            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
             await asyncio.sleep(0.2)
 
     async def keep_going(self) -> None:
@@ -89,7 +89,7 @@ class RealCampus:
     async def until_state(self, journey: Journey, state: str, within_s: float = RIDE_WITHIN_S) -> None:
         deadline_s = time.monotonic() + within_s
         while journey.state != state and journey.state not in ENDED:
-            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self._logs()}"
+            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
             await self.keep_going()
             await asyncio.sleep(0.5)
         assert journey.state == state, (journey.history, journey.reason, self._logs())
@@ -108,7 +108,7 @@ class RealCampus:
             ride.cancel()
         await asyncio.gather(*self._rides, return_exceptions=True)
 
-    def _logs(self) -> str:
+    def logs(self) -> str:
         logs = sorted((self.campus.options.folder / "logs").glob("*.log"))
         return "\n".join(f"== {log.name}\n{log.read_text()[-800:]}" for log in logs)
 
@@ -133,10 +133,12 @@ async def _in_service(campus: LiveCampus) -> None:
 
 
 @contextlib.asynccontextmanager
-async def a_real_campus(folder: Path, base_port: int) -> AsyncIterator[RealCampus]:
-    """Started on a ring of 464 m, its shuttle released; at the end everything is stopped."""
+async def a_real_campus(
+    folder: Path, base_port: int, road_map: RoadMap | None = None
+) -> AsyncIterator[RealCampus]:
+    """Started on a ring of 464 m or another map, its shuttle released; at the end everything is stopped."""
     map_path = folder / "map.json"
-    map_path.write_bytes(encode_map(ring_map()))
+    map_path.write_bytes(encode_map(road_map or ring_map()))
     options = LiveOptions(
         map_path, folder / "campus", 1, port=free_port(), base_port=base_port, pedestrians=False
     )

@@ -14,6 +14,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
 from contract.wire.close_reasons import Retry, retry_after
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError
+from contract.wire.messages import MapPublished
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.signals import LinkMessage
@@ -37,8 +38,13 @@ class LinkClient:
         now_ns: Monotonic,
         tls: ssl.SSLContext | None = None,
         redial: Redial | None = None,
+        map_published: Callable[[MapPublished], None] | None = None,
     ) -> None:
-        """redial: None for waits that the operating system's chance spreads"""
+        """redial: None for waits that the operating system's chance spreads
+
+        map_published: takes the server's announcements; None for a vehicle whose map never changes
+        """
+        self._map_published = map_published
         self._url = url
         self._redial = redial or Redial(random.random)
         self._bridge = bridge
@@ -149,3 +155,6 @@ class LinkClient:
     def _deliver_messages(self) -> None:
         for message in self._bridge.session.take_messages():
             self._deliver(message)
+        published = self._bridge.session.take_published_map()
+        if published is not None and self._map_published is not None:
+            self._map_published(published)

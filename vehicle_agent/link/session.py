@@ -21,6 +21,7 @@ from contract.wire.messages import (
     Goodbye,
     Grants,
     Hello,
+    MapPublished,
     Message,
     Order,
     OrderAccepted,
@@ -78,6 +79,7 @@ class VehicleSession:
         self._clock = ClockOffset()
         self._outgoing: list[bytes] = []
         self._messages: list[LinkMessage] = []
+        self._published: MapPublished | None = None
         self._sent: dict[str, int] = {}
         self._received_ns = 0
         self._probed_ns = 0
@@ -116,7 +118,10 @@ class VehicleSession:
             if message.code == KEY_CONFLICT and self.epoch > 0:
                 self._hold()
         elif self.is_open and message.epoch == self.epoch:
-            self._queue(message)
+            if isinstance(message, MapPublished):
+                self._published = message
+            else:
+                self._queue(message)
 
     def advance(self, now_ns: int) -> None:
         """Probes the clock and repeats unacknowledged events, when they are due."""
@@ -141,6 +146,11 @@ class VehicleSession:
         """The messages for the vehicle, in order."""
         messages, self._messages = self._messages, []
         return messages
+
+    def take_published_map(self) -> MapPublished | None:
+        """The map that the server has announced last, once for each time."""
+        published, self._published = self._published, None
+        return published
 
     # ------------------------------------------------------------ the vehicle's side
 

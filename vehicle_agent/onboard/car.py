@@ -4,6 +4,7 @@ implementation."""
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+from contract.roads.network import RoadNetwork
 from contract.wire.messages import OrderAccepted, OrderRejected, VehicleEvent
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.onboard.state import OnboardState, RoomState
@@ -71,6 +72,11 @@ class WorldModel(Protocol[State]):
 
 
 class Mission(Protocol[State]):
+    @property
+    def network(self) -> RoadNetwork:
+        """The map by which the vehicle drives."""
+        ...
+
     def initial(self, memory: MissionMemory | None = None) -> State:
         """memory: the mission's memory before a crash (`mission.memory`)."""
         ...

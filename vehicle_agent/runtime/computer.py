@@ -39,6 +39,14 @@ class VehicleComputer:
             )
         return outputs
 
+    @property
+    def car(self) -> Car:
+        return self._car
+
+    def change_over(self, car: Car, state: OnboardState, recorder: Recorder | None) -> None:
+        """From the next tick on, other rooms with this state, and a run log of its own: another map."""
+        self._car, self.state, self._recorder = car, state, recorder
+
     def begin_segment(self) -> None:
         """The next tick's entries begin a segment of the run log, for some of the last ones were lost."""
         if self._recorder is not None:

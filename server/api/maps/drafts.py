@@ -230,8 +230,8 @@ async def export_map_draft(
 async def publish_map_draft(
     draft_id: DraftId, revision: Revision, services: InjectedServices, command: PublishCommand
 ) -> MapVersionView:
-    """Put the draft in force. It must have no problems, and no shuttle may be under way: it drives by the map
-    that it has. The draft is gone; the former map stays stored."""
+    """Put the draft in force. It must have no problems, and no shuttle may be under way on what it changes.
+    Every vehicle downloads it by itself. The draft is gone; the former map stays stored."""
     _draft, road_map = await _read(services, draft_id)
 
     def complete() -> bytes:

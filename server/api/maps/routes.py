@@ -66,7 +66,10 @@ async def export_map(
     responses=problems(MapUnknown, MapInUse, *OPERATOR_REFUSALS, *SECOND_FACTOR_REFUSALS),
 )
 async def activate_map(map_version: MapVersionId, command: PublishCommand) -> MapVersionView:
-    """Put a stored version in force: roll back, or forward again. No shuttle may be under way."""
+    """Put a stored version in force: roll back, or forward again.
+
+    No shuttle may be under way on what it changes.
+    """
 
     def work(uow: UnitOfWork) -> MapVersionView:
         return stored_view(campus.activate_map(uow, map_version, command.by))

@@ -1,19 +1,14 @@
 """Run segments: uploaded by vehicles by content hash, downloaded by operators."""
 
-import base64
-import binascii
 from pathlib import Path
-from typing import Annotated
 
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
-from fastapi import APIRouter, Header, Request, Response
+from fastapi import APIRouter, Request, Response
 from starlette.responses import FileResponse
 
 from contract.runlog.extent import extent
 from contract.runlog.reader import RunLogError, open_segment
-from contract.wire.upload import SIGNATURE_HEADER, signed_segment
-from server.api.formats import NAME_PATTERN, Sha256
+from contract.wire.upload import signed_segment
+from server.api.formats import Sha256
 from server.api.problems import (
     SegmentHashWrong,
     SegmentStoreUnavailable,
@@ -24,12 +19,12 @@ from server.api.problems import (
 )
 from server.api.runs.schemas import SegmentView, segment_view
 from server.api.security.access import READER_REFUSALS, Reader
+from server.api.security.vehicle_signature import Signature, SigningVehicle, check_signature
 from server.api.services import InjectedServices, Services
 from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, VehicleUnknown
 from server.domain.record.runs import Segment
 from server.store.segments.incoming import SegmentHashError, SegmentSizeError
 from server.store.segments.segment_store import SegmentStoreError
-from server.usecases.fleet import vehicles
 from server.usecases.record import runs
 
 router = APIRouter(prefix="/runs/segments", tags=["runs"])
@@ -67,20 +62,11 @@ async def put_segment(
     request: Request,
     response: Response,
     services: InjectedServices,
-    vehicle_id: Annotated[str, Header(alias="Vehicle-Id", pattern=NAME_PATTERN, examples=["shuttle-1"])],
-    signature: Annotated[
-        str,
-        Header(
-            alias=SIGNATURE_HEADER,
-            max_length=128,
-            pattern=r"^[\x21-\x7e]+$",
-            description="Base64 of the Ed25519 signature over 'campusloop-segment', the vehicle id and the "
-            "hash, one a line.",
-        ),
-    ],
+    vehicle_id: SigningVehicle,
+    signature: Signature,
 ) -> SegmentView:
     """A finished segment, by the SHA-256 of its bytes. A repeat is harmless."""
-    await _check_signature(services, vehicle_id, sha256, signature)
+    await check_signature(services, vehicle_id, signature, signed_segment(vehicle_id, sha256))
     known = await _kept(services, vehicle_id, sha256)
     if known is not None:
         response.status_code = 200
@@ -119,17 +105,6 @@ async def fetched(services: Services, sha256: str) -> Path | None:
         return await services.offload.run(lambda: services.segments.fetch(sha256))
     except SegmentStoreError as error:
         raise SegmentStoreUnavailable(str(error)) from error
-
-
-async def _check_signature(services: Services, vehicle_id: str, sha256: str, signature: str) -> None:
-    key = await services.transactions.read(lambda uow: vehicles.key_of(uow, vehicle_id))
-    try:
-        raw = base64.b64decode(signature, validate=True)
-        Ed25519PublicKey.from_public_bytes(base64.b64decode(key)).verify(
-            raw, signed_segment(vehicle_id, sha256)
-        )
-    except (binascii.Error, ValueError, InvalidSignature) as error:
-        raise SignatureWrong(f"the upload is not signed by the enrolled key of {vehicle_id}") from error
 
 
 async def _receive(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:

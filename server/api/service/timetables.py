@@ -1,5 +1,6 @@
 """The timetable for operators: read, tried, saved by revision, and its earlier versions."""
 
+import math
 from datetime import datetime
 from typing import Annotated
 
@@ -16,7 +17,14 @@ from server.api.security.permissions import RUN_SERVICE
 from server.api.services import InjectedServices
 from server.domain.errors import CampusUnknown, TimetableChanged, TimetableInvalid, TimetableUnknown
 from server.domain.service.timetable import Departure
-from server.domain.service.trips import CALLS_MAX, TRIPS_MAX, Timetable, TimetableVersion
+from server.domain.service.trips import (
+    CALLS_MAX,
+    TRIPS_MAX,
+    TightLeg,
+    Timetable,
+    TimetableVersion,
+    unserved_trips,
+)
 from server.usecases.fleet import timetables
 from server.usecases.fleet.timetables import TimetableEffect
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -84,6 +92,25 @@ class VersionView(BaseModel):
     note: str
 
 
+class UnservedTripView(BaseModel):
+    trip_id: str
+    missing_stops: list[str]
+
+
+class TightLegView(BaseModel):
+    """A leg of a trip that takes longer than the trip gives it."""
+
+    trip_id: str
+    from_stop: str
+    to_stop: str
+    leaves: LeaveTime = Field(description="At the first of the two stops.")
+    given_s: int
+    needed_s: int | None = Field(
+        description="Driving on an empty campus at that hour, and the stop at the second one unless the trip "
+        "ends there. null: no road leads there."
+    )
+
+
 class TimetableView(BaseModel):
     model_config = ConfigDict(
         json_schema_extra={
@@ -94,6 +121,8 @@ class TimetableView(BaseModel):
                 "made_at": None,
                 "note": "",
                 "versions": [],
+                "unserved": [{"trip_id": "morning-2", "missing_stops": ["old-gate"]}],
+                "tight_legs": [],
             }
         }
     )
@@ -104,6 +133,12 @@ class TimetableView(BaseModel):
     made_at: datetime | None
     note: str
     versions: list[VersionView] = Field(description="The newest first; they can be read and saved again.")
+    unserved: list[UnservedTripView] = Field(
+        description="Trips that do not run: the map in force lacks some of their stops."
+    )
+    tight_legs: list[TightLegView] = Field(
+        description="Legs that take longer than their trips give them: shuttles are late there."
+    )
 
 
 class AffectedDeparture(BaseModel):
@@ -123,6 +158,16 @@ class TimetableEffectView(BaseModel):
                 "changed": ["morning-1"],
                 "withdrawn": [],
                 "kept": [],
+                "tight_legs": [
+                    {
+                        "trip_id": "morning-1",
+                        "from_stop": "library",
+                        "to_stop": "east-gate",
+                        "leaves": "08:00",
+                        "given_s": 120,
+                        "needed_s": 214,
+                    }
+                ],
             }
         }
     )
@@ -134,6 +179,9 @@ class TimetableEffectView(BaseModel):
         description="Departures that are taken back; of a changed trip, they are entered with the new times."
     )
     kept: list[AffectedDeparture] = Field(description="Departures that have begun: they run as they were.")
+    tight_legs: list[TightLegView] = Field(
+        description="Legs that cannot be driven in their times. They do not keep it from being published."
+    )
 
 
 @router.get("", operation_id="get_service_trips", responses=problems(CampusUnknown, *READER_REFUSALS))
@@ -216,6 +264,11 @@ def _view(uow: UnitOfWork, timetable: Timetable) -> TimetableView:
         made_at=timetable.made_at,
         note=timetable.note,
         versions=[_version(one) for one in uow.service.timetable_versions(VERSIONS_SHOWN)],
+        unserved=[
+            UnservedTripView(trip_id=one.trip_id, missing_stops=list(one.missing_stops))
+            for one in unserved_trips(timetable.trips, uow.network().stops)
+        ],
+        tight_legs=[_tight(one) for one in timetables.tight_legs_of(uow, timetable.trips)],
     )
 
 
@@ -236,6 +289,18 @@ def _effect_view(effect: TimetableEffect) -> TimetableEffectView:
         changed=list(effect.changes.changed),
         withdrawn=[_affected(one) for one in effect.withdrawn],
         kept=[_affected(one) for one in effect.kept],
+        tight_legs=[_tight(one) for one in effect.tight],
+    )
+
+
+def _tight(leg: TightLeg) -> TightLegView:
+    return TightLegView(
+        trip_id=leg.trip_id,
+        from_stop=leg.from_stop,
+        to_stop=leg.to_stop,
+        leaves=_clock(leg.leaves_s),
+        given_s=leg.given_s,
+        needed_s=math.ceil(leg.needed_s) if math.isfinite(leg.needed_s) else None,
     )
 
 

@@ -20,12 +20,14 @@ class Vehicle:
     mode        the vehicle's newest report
     held        it stands until an operator resumes it
     in_service  it may get new rides; a recalled vehicle finishes those aboard and rests
-    unavailable_since  since when it has been held, out of reach or quarantined, None while it is neither
+    unavailable_since  since when it has not been `is_available`, None while it is
     hold_ends   an operator's hold is over then, and the server resumes it; None: it stands until resumed
     charging    it went to charge and has not charged to the full yet
     placed      it holds the ground under its body, so that it can be given a route
     shifts      when it is on duty, None for always
     quarantined_at  when it last broke the protocol: until it has kept to it for a while it gets no rides
+    map_failure  why it cannot take the map in force (`contract.wire.maps`), "" if it can or has not said:
+                 its orders would not fit the roads
     """
 
     campus_id: str
@@ -50,11 +52,13 @@ class Vehicle:
     charging: bool = False
     shifts: Shifts | None = None
     quarantined_at: datetime | None = None
+    map_failure: str = ""
 
     @property
     def is_available(self) -> bool:
-        """It drives by itself, is within reach, and its word can be relied on."""
-        return self.connected and not self.held and self.quarantined_at is None
+        """It drives by itself and by the campus's map, is within reach, and its word can be relied on."""
+        is_trusted = self.quarantined_at is None and not self.map_failure
+        return self.connected and not self.held and is_trusted
 
     @property
     def accepts_rides(self) -> bool:

@@ -23,10 +23,12 @@ class IncidentKind(StrEnum):
     SERVER_DEGRADED = "server_degraded"
     BATTERY_LOW = "battery_low"
     RIDER_DID_NOT_ALIGHT = "rider_did_not_alight"
+    MAP_NOT_CHANGED = "map_not_changed"
     NO_RESTING_PLACE = "no_resting_place"
     ROAD_CLOSED = "road_closed"
     ORDER_REJECTED = "order_rejected"
     DEPARTURE_MISSED = "departure_missed"
+    TRIPS_UNSERVED = "trips_unserved"
     PROMISE_BROKEN = "promise_broken"
     RIDE_FAILED = "ride_failed"
     SEAT_BUTTON = "seat_button"
@@ -49,12 +51,14 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.VEHICLE_FAULT: 24,
     IncidentKind.BATTERY_LOW: 25,
     IncidentKind.RIDER_DID_NOT_ALIGHT: 30,
+    IncidentKind.MAP_NOT_CHANGED: 34,
     IncidentKind.NO_RESTING_PLACE: 35,
     IncidentKind.ROAD_CLOSED: 36,
     IncidentKind.ORDER_REJECTED: 40,
     IncidentKind.RIDE_FAILED: 41,
     IncidentKind.DEPARTURE_MISSED: 42,
     IncidentKind.PROMISE_BROKEN: 43,
+    IncidentKind.TRIPS_UNSERVED: 44,
     IncidentKind.SEAT_BUTTON: 50,
     IncidentKind.WEBHOOK_DISABLED: 51,
 }

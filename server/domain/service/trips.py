@@ -1,7 +1,7 @@
 """The timetable as operators edit it: versions of all trips, what is wrong with one, and what differs."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise
@@ -50,6 +50,60 @@ class TripChanges:
     added: tuple[str, ...]
     removed: tuple[str, ...]
     changed: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class UnservedTrip:
+    """A trip that does not run: the map in force has not all of its stops. missing_stops: each once."""
+
+    trip_id: str
+    missing_stops: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TightLeg:
+    """A leg of a trip that takes longer than the trip gives it.
+
+    leaves_s   at the first of the two stops, in seconds after local midnight
+    given_s    between the two times of the trip
+    needed_s   driving on an empty campus at that hour, infinite where no road leads there, and the stop at
+               the second one unless the trip ends there
+    """
+
+    trip_id: str
+    from_stop: str
+    to_stop: str
+    leaves_s: int
+    given_s: int
+    needed_s: float
+
+
+def unserved_trips(trips: Sequence[TimetableTrip], stops: Collection[str]) -> tuple[UnservedTrip, ...]:
+    """In the order of the timetable. stops: ids of the stops of the map in force"""
+    found = []
+    for trip in trips:
+        missing = dict.fromkeys(stop_id for stop_id, _ in trip.calls if stop_id not in stops)
+        if missing:
+            found.append(UnservedTrip(trip.trip_id, tuple(missing)))
+    return tuple(found)
+
+
+def tight_legs(
+    trips: Sequence[TimetableTrip], driving_s: Callable[[str, str, int], float], dwell_s: float
+) -> tuple[TightLeg, ...]:
+    """The legs that cannot be driven in their times, in the order of the timetable.
+
+    driving_s  of a leg: from stop, to stop, and the second of the day at which it leaves
+    """
+    found = []
+    for trip in trips:
+        for number, ((here, leaves_s), (there, next_s)) in enumerate(pairwise(trip.calls), 2):
+            needed_s = driving_s(here, there, leaves_s)
+            if number < len(trip.calls):
+                needed_s += dwell_s
+            if needed_s > next_s - leaves_s:
+                found.append(TightLeg(trip.trip_id, here, there, leaves_s, next_s - leaves_s, needed_s))
+    return tuple(found)
 
 
 def trip_changes(before: Sequence[TimetableTrip], after: Sequence[TimetableTrip]) -> TripChanges:

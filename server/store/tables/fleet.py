@@ -1,6 +1,6 @@
 """Vehicles, their positions and history, and their events."""
 
-from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, Table, Text, false
+from sqlalchemy import BigInteger, Boolean, Column, Float, Index, Integer, String, Table, Text, false
 
 from server.store.tables.metadata import campus_key, instant, key, metadata, optional_instant, string, text
 
@@ -29,6 +29,7 @@ vehicles = Table(
     Column("charging", Boolean, nullable=False, server_default=false()),
     Column("shifts", Text, nullable=True),
     optional_instant("quarantined_at"),
+    Column("map_failure", String(64), nullable=False, server_default=""),
 )
 whereabouts = Table(
     "whereabouts",

@@ -1,15 +1,15 @@
 """The campus map in force, and its stops."""
 
-from dataclasses import replace
 from functools import lru_cache
 
 from contract.roads.load import MapError, decode_map
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from contract.roads.validate import problems
-from server.domain.errors import MapInUse, MapInvalid, MapUnknown
+from server.domain.errors import MapInvalid, MapUnknown
 from server.domain.roads.maps import StoredMap
 from server.domain.roads.stops import CampusStop
+from server.usecases.fleet import departures, map_changes
 from server.usecases.fleet.service import enter_services
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -49,22 +49,23 @@ def _decoded(content: bytes) -> RoadMap:
 
 
 def activate_map(uow: UnitOfWork, map_version: str, by: str) -> StoredMap:
-    """Make a stored map the one in force. Raises MapUnknown, MapInUse (shuttles are under way)."""
+    """Make a stored map the one in force; every vehicle learns of it over its link.
+
+    Raises MapUnknown, MapInUse (a shuttle is under way on what the map changes).
+    """
     stored = uow.maps.get(map_version)
     if stored is None:
         raise MapUnknown(f"no map {map_version} is stored; import it first")
     if stored.active:
         return stored
-    _require_nobody_under_way(uow)
-    for occupancy in uow.sections.all():
-        uow.sections.remove(occupancy.vehicle_id)
-    for vehicle in uow.vehicles.all():
-        # It is placed again by its first report, once it drives by the new map too.
-        if vehicle.placed:
-            uow.vehicles.save(replace(vehicle, placed=False))
+    if uow.maps.active_version() is not None:
+        after = uow.roads_at(map_version)
+        assert after is not None, "it is stored"
+        map_changes.take_to(uow, uow.roads(), after)
     uow.maps.activate(map_version)
     uow.roads_changed()
     enter_services(uow, uow.network().road_map)
+    departures.note_unserved(uow)
     record_event(uow, "map.activated", map_version, by, stored.name)
     uow.publish(topics.campus_map(uow.campus_id), map_version=map_version)
     activated = uow.maps.get(map_version)
@@ -106,9 +107,3 @@ def _require_sound(uow: UnitOfWork, road_map: RoadMap) -> None:
             f"the map has {len(found)} problems, the first at {first.where}: {first.detail}; "
             "see all with `campusloop map check`"
         )
-
-
-def _require_nobody_under_way(uow: UnitOfWork) -> None:
-    busy = [plan.vehicle_id for plan in uow.plans.all() if plan.visits]
-    if busy:
-        raise MapInUse(f"{', '.join(busy)} still drive with the present map; recall them first")

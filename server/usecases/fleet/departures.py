@@ -16,18 +16,39 @@ from server.domain.service.timetable import (
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
-from server.usecases.record.calendars import calendar_of, trips_of, trips_on
-from server.usecases.record.incidents import open_incident
+from server.usecases.record.calendars import calendar_of, trips_of, trips_on, unserved_of
+from server.usecases.record.incidents import clear_incident, open_incident
+
+# The subject of the incident about trips that do not run, and how many it names.
+_TIMETABLE = "timetable"
+_TRIPS_NAMED = 10
 
 
 def plan_departures(uow: UnitOfWork) -> tuple[Departure, ...]:
     """Enter departures that begin soon and give each one a vehicle. Returns those assigned now.
 
     A departure that no vehicle can make within its tolerance is retried until its first call is over. Then it
-    is missed, with an incident.
+    is missed, with an incident. Trips that cannot run on the active map are told as long as they cannot.
     """
+    note_unserved(uow)
     _enter_due(uow)
     return assign_planned(uow)
+
+
+def note_unserved(uow: UnitOfWork) -> None:
+    """Open, renew or close the incident of the trips whose stops the active map lacks."""
+    unserved = unserved_of(uow)
+    known = uow.incidents.open_about(IncidentKind.TRIPS_UNSERVED, _TIMETABLE)
+    if not unserved:
+        clear_incident(uow, IncidentKind.TRIPS_UNSERVED, _TIMETABLE)
+        return
+    stops = sorted({stop_id for one in unserved for stop_id in one.missing_stops})
+    names = ", ".join(one.trip_id for one in unserved[:_TRIPS_NAMED])
+    more = "" if len(unserved) <= _TRIPS_NAMED else f" and {len(unserved) - _TRIPS_NAMED} more"
+    cause = f"{names}{more}: the map has no stop {', '.join(stops[:_TRIPS_NAMED])}"
+    if known is not None and known.cause != cause:
+        clear_incident(uow, IncidentKind.TRIPS_UNSERVED, _TIMETABLE)
+    open_incident(uow, IncidentKind.TRIPS_UNSERVED, _TIMETABLE, cause)
 
 
 def assign_planned(uow: UnitOfWork) -> tuple[Departure, ...]:

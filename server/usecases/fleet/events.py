@@ -12,6 +12,7 @@ from contract.wire.messages import (
     DoorsChanged,
     FaultRaised,
     HelpRequested,
+    MapChangeFailed,
     ModeChanged,
     RiderAlighted,
     RiderBoarded,
@@ -29,7 +30,7 @@ from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import WAITING, RideState
-from server.usecases.fleet import cabin_requests, conditions
+from server.usecases.fleet import cabin_requests, conditions, map_changes
 from server.usecases.orders import orders, sections, visits
 from server.usecases.planning import plans
 from server.usecases.ports import topics
@@ -148,6 +149,8 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
             conditions.blocked(uow, vehicle, body)
         case FaultRaised():
             conditions.fault_raised(uow, vehicle, body)
+        case MapChangeFailed():
+            map_changes.change_failed(uow, vehicle, body)
         case SeatButtonPressed():
             conditions.seat_button(uow, vehicle, body)
         case CommandDone():

@@ -37,12 +37,17 @@ def draft_of(uow: UnitOfWork, draft_id: str) -> MapDraft:
     return draft
 
 
-def stored_map(uow: UnitOfWork, map_version: str) -> RoadMap:
+def stored_content(uow: UnitOfWork, map_version: str) -> bytes:
     """Raises MapUnknown."""
     stored = uow.maps.get(map_version)
     if stored is None:
         raise MapUnknown(f"no map {map_version} is stored")
-    return decode_map(stored.content)
+    return stored.content
+
+
+def stored_map(uow: UnitOfWork, map_version: str) -> RoadMap:
+    """Raises MapUnknown."""
+    return decode_map(stored_content(uow, map_version))
 
 
 def map_in_force(uow: UnitOfWork) -> RoadMap | None:

@@ -14,6 +14,7 @@ from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
 from server.usecases.fleet.conditions import with_availability, with_mode
+from server.usecases.fleet.map_changes import with_reported_map
 from server.usecases.fleet.vehicles import stand_on
 from server.usecases.orders import orders, visits
 from server.usecases.ports import topics
@@ -60,7 +61,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     if hello.boot_id != vehicle.boot_id:
         # After a start a vehicle stands and is held, whatever it was before.
         opened = with_mode(uow, replace(opened, hold_ends=None), "held")
-    opened = with_availability(uow, opened)
+    opened = with_availability(uow, with_reported_map(uow, opened))
     uow.vehicles.save(opened)
     uow.vehicles.heard(hello.vehicle_id, uow.now)
     begin_run(uow, opened)

@@ -51,6 +51,9 @@ def _driving(uow: UnitOfWork, vehicle: Vehicle) -> tuple[Order | None, Grants | 
         return None, None
     held = grants_of(uow, vehicle.vehicle_id)
     grants = Grants(vehicle.epoch, issued.order_id, held)
+    if vehicle.map_version not in ("", uow.maps.active_version()):
+        # It would refuse an order of another map. It goes on with the one that it has, until it changes over.
+        return None, grants
     return (_renewed(uow, vehicle, issued, grants), grants)
 
 
@@ -59,6 +62,11 @@ def _renewed(uow: UnitOfWork, vehicle: Vehicle, issued: IssuedOrder, grants: Gra
     if issued.state is not OrderState.ISSUED:
         return None
     renewed = msgspec.structs.replace(
-        issued.payload, epoch=vehicle.epoch, sections=grants.sections, expires_ns=expiry_ns(uow)
+        issued.payload,
+        epoch=vehicle.epoch,
+        # The same roads, if the map has changed since: else the order would have been withdrawn.
+        map_version=uow.network().map_version,
+        sections=grants.sections,
+        expires_ns=expiry_ns(uow),
     )
     return with_codes(uow, renewed)

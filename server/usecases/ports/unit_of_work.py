@@ -113,6 +113,11 @@ class UnitOfWork(Protocol):
         """A stored map, active or not, decoded once; None for one that is not stored."""
         ...
 
+    def roads_at(self, map_version: str) -> FleetRoads | None:
+        """A stored map as the fleet uses it, active or not, all its roads open; None as in `network_at`.
+        Raises MapInvalid."""
+        ...
+
     def roads_changed(self) -> None:
         """Another map is active now, or a road was closed or opened: `roads` must read again."""
         ...

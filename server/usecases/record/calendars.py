@@ -7,7 +7,7 @@ from datetime import date, datetime, timedelta
 from contract.roads.model import TimetableTrip
 from server.domain.service.service import ServiceCalendar, ServiceException, Span
 from server.domain.service.timetable import Departure, DepartureState, departures_of
-from server.domain.service.trips import MAPS_OWN_REVISION, Timetable
+from server.domain.service.trips import MAPS_OWN_REVISION, Timetable, UnservedTrip, unserved_trips
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 
@@ -66,10 +66,13 @@ def timetable_of(uow: UnitOfWork) -> Timetable:
 
 def trips_of(uow: UnitOfWork) -> tuple[TimetableTrip, ...]:
     """The trips in force whose stops the active map has. Raises CampusUnknown."""
-    stops = {stop.stop_id for stop in uow.network().road_map.stops}
-    return tuple(
-        trip for trip in timetable_of(uow).trips if all(stop_id in stops for stop_id, _ in trip.calls)
-    )
+    unserved = {one.trip_id for one in unserved_of(uow)}
+    return tuple(trip for trip in timetable_of(uow).trips if trip.trip_id not in unserved)
+
+
+def unserved_of(uow: UnitOfWork) -> tuple[UnservedTrip, ...]:
+    """The trips in force that do not run, because the active map lacks a stop. Raises CampusUnknown."""
+    return unserved_trips(timetable_of(uow).trips, uow.network().stops)
 
 
 def trips_on(uow: UnitOfWork, calendar: ServiceCalendar, day: date) -> tuple[TimetableTrip, ...]:

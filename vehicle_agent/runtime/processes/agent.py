@@ -8,11 +8,13 @@ import asyncio
 import signal
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import msgspec
 
 from contract.roads.load import encode_map
+from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
 from contract.tracing import NO_SPANS, Spans, SpanSource
 from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors
@@ -29,6 +31,7 @@ from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCa
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
 from vehicle_agent.runtime.processes.gate_process import GateProcess
 from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
+from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.supervisor import Job
@@ -36,7 +39,7 @@ from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProc
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
-from vehicle_agent.runtime.screen.screen_pages import read_screen_files
+from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
 from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
 from vehicle_agent.stacks.rooms import height_map
@@ -120,9 +123,12 @@ def run_screen(place: AgentPlace) -> None:
     assert settings is not None, "only vehicles with a screen.toml have this process"
     vehicle_id = files.vehicle().vehicle_id
     seats = files.profile().body.seats
-    pages = read_screen_files(Path(settings.pages), vehicle_id, encode_screen_map(files.road_map()))
+
+    def read_pages() -> dict[str, ScreenFile]:
+        return read_screen_files(Path(settings.pages), vehicle_id, encode_screen_map(files.road_map()))
+
     with closing(place.clock.open(f"screen {vehicle_id}")) as clock:
-        screen = ScreenProcess(place.mail, vehicle_id, seats, settings, pages, clock)
+        screen = ScreenProcess(place.mail, vehicle_id, seats, settings, read_pages, clock)
         asyncio.run(_serve_screen(screen))
 
 
@@ -169,20 +175,24 @@ def run_tick(place: AgentPlace) -> None:
     state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
     clock = place.clock.open(f"tick {vehicle.vehicle_id}")
     offset_ns = clock.utc_offset_ns()
-    header = RunHeader(
-        vehicle_id=vehicle.vehicle_id,
-        boot_id=files.next_boot_id(),
-        segment=0,
-        campus_id=road_map.campus_id,
-        map_version=road_map.map_version,
-        stack=profile.stack,
-        software=SOFTWARE,
-        utc_offset_ns=offset_ns,
-        first_tick=0,
-    )
-    computer = VehicleComputer(
-        car, state, Recorder(header, profile.body, road_map.observation_areas), offset_ns
-    )
+
+    def begin_run(road_map: RoadMap) -> Recorder:
+        """A run has one map: when it changes, another run begins, as after a start."""
+        header = RunHeader(
+            vehicle_id=vehicle.vehicle_id,
+            boot_id=files.next_boot_id(),
+            segment=0,
+            campus_id=road_map.campus_id,
+            map_version=road_map.map_version,
+            stack=profile.stack,
+            software=SOFTWARE,
+            utc_offset_ns=offset_ns,
+            first_tick=0,
+        )
+        return Recorder(header, profile.body, road_map.observation_areas)
+
+    computer = VehicleComputer(car, state, begin_run(road_map), offset_ns)
+    maps = MapSwitch(files, partial(build_car, profile), begin_run)
     outputs_port = DatagramPort()
     hmi_devices = files.hmi_devices()
     ports = (vehicle.hmi_port,) if hmi_devices is None else (vehicle.hmi_port, hmi_devices.port)
@@ -197,9 +207,9 @@ def run_tick(place: AgentPlace) -> None:
     with closing(clock):
         if vehicle.cameras:
             sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(place.mail, computer, sensors, show, clock, mask, _traced(place), cabin).run()
+            TickProcess(place.mail, computer, sensors, show, clock, mask, _traced(place), cabin, maps).run()
         else:
-            TickProcess(place.mail, computer, devices, show, clock, mask, _traced(place), cabin).run()
+            TickProcess(place.mail, computer, devices, show, clock, mask, _traced(place), cabin, maps).run()
 
 
 def _traced(place: AgentPlace) -> str:

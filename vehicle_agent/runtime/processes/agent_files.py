@@ -2,7 +2,7 @@
 
 vehicle.toml      vehicle id, server, CAN channel, ports (written at enrolment)
 profile.toml      the kind of vehicle
-map.json          the campus map
+map.json          the campus map; map-VERSION.json one that was published, until the vehicle changes over
 speaking.toml     screens and loudspeaker, if this computer drives them (see `hmi_devices`)
 screen.toml       the onboard screen for passengers, if this computer serves one (see `screen_settings`)
 key.pem           the vehicle's key
@@ -11,6 +11,7 @@ outbox/           events and mission memory
 runs/BOOT/        run-log segments
 """
 
+import os
 import shutil
 from pathlib import Path
 
@@ -106,6 +107,43 @@ class AgentFolder:
     def road_map(self) -> RoadMap:
         """Raises MapError."""
         return load_map(self.root / "map.json")
+
+    def map_bytes(self) -> bytes:
+        """The campus map as it lies on the disk. Raises OSError."""
+        return (self.root / "map.json").read_bytes()
+
+    def save_next_map(self, map_version: str, data: bytes) -> None:
+        """Writes a checked map beside the present one; others that wait there are gone.
+
+        Raises OSError, e.g. for a full disk; then nothing of it is left.
+        """
+        path = self._next_map(map_version)
+        for other in self.root.glob("map-*.json"):
+            other.unlink()
+        try:
+            with path.open("wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError:
+            path.unlink(missing_ok=True)
+            raise
+
+    def next_map(self, map_version: str) -> RoadMap:
+        """Raises MapError."""
+        return load_map(self._next_map(map_version))
+
+    def adopt_next_map(self, map_version: str) -> None:
+        """From now on it is the campus map. Needs no room on the disk. Raises OSError."""
+        self._next_map(map_version).replace(self.root / "map.json")
+        folder = os.open(self.root, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+    def _next_map(self, map_version: str) -> Path:
+        return self.root / f"map-{map_version}.json"
 
     def key(self) -> Ed25519PrivateKey:
         return load_or_create_key(self.root / "key.pem")

@@ -12,13 +12,15 @@ from functools import partial
 from pathlib import Path
 
 import httpx
+import msgspec
 import structlog
 
 from contract.tracing import Spans
-from contract.wire.messages import OrderProgress
+from contract.wire.messages import OrderProgress, VehicleEvent
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import signature_text
+from vehicle_agent.link.map_download import MapNotTaken
 from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.runtime.order_tracing import LinkTracing
@@ -28,9 +30,12 @@ from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     Delivery,
     Mailbox,
+    MapAnswer,
+    MapOffer,
     TickReport,
     TracedSpans,
 )
+from vehicle_agent.runtime.processes.map_changer import MapChanger
 from vehicle_agent.runtime.recording.recorder import SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
 from vehicle_agent.signals import LinkMessage
@@ -74,7 +79,7 @@ class VehicleLink:
             files.outbox, vehicle.identity, lambda text: signature_text(key, text), vehicle.progress
         )
         self._runs = files.runs
-        self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map)
+        self._log_files = RunLogFiles(files.runs, vehicle.profile, vehicle.road_map, files.map_bytes)
         self._mailbox = Mailbox(vehicle.mail / "link")
         self._tick = vehicle.mail / "tick"
         self._spans = vehicle.spans
@@ -90,8 +95,23 @@ class VehicleLink:
         self._uploader = SegmentUploader(
             vehicle.identity.vehicle_id, self._http, lambda text: signature_text(key, text)
         )
+        self._maps = MapChanger(
+            vehicle.identity.vehicle_id,
+            files,
+            self._http,
+            lambda text: signature_text(key, text),
+            self._report_event,
+            self._offer_map,
+        )
         url = config.server_url.replace("http", "ws", 1) + "/ws/vehicle"
-        self._client = LinkClient(url, self._bridge, self._deliver, self._clock.now_ns, self._tls)
+        self._client = LinkClient(
+            url,
+            self._bridge,
+            self._deliver,
+            self._clock.now_ns,
+            self._tls,
+            map_published=self._maps.announced,
+        )
 
     async def run(self) -> None:
         """Runs until cancelled; then finishes and uploads the open segment."""
@@ -102,6 +122,7 @@ class VehicleLink:
                 tasks.create_task(self._connect_when_ready())
                 tasks.create_task(self._process_reports())
                 tasks.create_task(self._uploader.run())
+                tasks.create_task(self._maps.run())
         finally:
             asyncio.get_running_loop().remove_reader(self._mailbox.fileno())
             self._write_log(self._log_files.close)
@@ -121,6 +142,8 @@ class VehicleLink:
             if isinstance(mail, TracedSpans) and self._spans is not None:
                 for span in mail.spans:
                     self._spans.add(span)
+            if isinstance(mail, MapAnswer):
+                self._take_map_answer(mail)
             if not isinstance(mail, TickReport):
                 continue
             self._notice_boot(mail)
@@ -131,9 +154,14 @@ class VehicleLink:
                 self._reports.put_nowait(mail)
 
     def _notice_boot(self, report: TickReport) -> None:
-        """Reconnects after a restart of the tick: it has no grants, and a new hello brings them."""
+        """Reconnects after a restart of the tick: it has no grants, and a new hello brings them.
+
+        Also after a change of the map, with which another run begins: the hello names it.
+        """
         for entry in report.entries:
             if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
+                session, version = self._bridge.session, entry.header.map_version
+                session.identity = msgspec.structs.replace(session.identity, map_version=version)
                 if self._tick_boot_id:
                     self._client.reconnect()
                 self._tick_boot_id = entry.header.boot_id
@@ -175,6 +203,19 @@ class VehicleLink:
         except OSError as error:
             log.error("run.not_recorded", vehicle_id=self._identity.vehicle_id, error=str(error))
             self._log_files.give_up()
+
+    def _offer_map(self, map_version: str) -> None:
+        self._mailbox.post(self._tick, MapOffer(map_version))
+
+    def _take_map_answer(self, answer: MapAnswer) -> None:
+        if answer.refusal is None:
+            self._maps.taken(answer.map_version)
+        else:
+            self._maps.refused(answer.map_version, MapNotTaken(answer.refusal, answer.detail))
+
+    async def _report_event(self, event: VehicleEvent) -> None:
+        """An event of the link's own, in the order of those of the tick."""
+        await self._reports.put(TickReport(TickUpdate(self._clock.now_ns(), events=(event,)), ()))
 
     def _deliver(self, message: LinkMessage) -> None:
         delivery = Delivery(self._clock.now_ns(), "link", message)

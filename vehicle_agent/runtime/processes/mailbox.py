@@ -14,6 +14,7 @@ import msgspec
 
 from contract.runlog.arrays import dec_hook, enc_hook
 from contract.tracing import Span
+from contract.wire.maps import MapFailure
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
@@ -72,7 +73,21 @@ class CabinUpdate(msgspec.Struct, frozen=True, tag="cabin"):
     view: CabinView
 
 
-Mail = Deliveries | Commands | TickReport | PlannerJobs | TracedSpans | CabinUpdate
+class MapOffer(msgspec.Struct, frozen=True, tag="map_offer"):
+    """To the tick: change over to this map when that is safe; "" withdraws what was offered before."""
+
+    map_version: str
+
+
+class MapAnswer(msgspec.Struct, frozen=True, tag="map_answer"):
+    """To the link and the screen: the tick drives by this map; or it does not, and why."""
+
+    map_version: str
+    refusal: MapFailure | None = None
+    detail: str = ""
+
+
+Mail = Deliveries | Commands | TickReport | PlannerJobs | TracedSpans | CabinUpdate | MapOffer | MapAnswer
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)

@@ -6,6 +6,7 @@ a button. A screen can do what the buttons and the keypad in the cabin can, and 
 
 import asyncio
 import ipaddress
+from collections.abc import Callable
 from http import HTTPStatus
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from vehicle_agent.runtime.processes.clock import Clock
-from vehicle_agent.runtime.processes.mailbox import CabinUpdate, Deliveries, Delivery, Mailbox
+from vehicle_agent.runtime.processes.mailbox import CabinUpdate, Deliveries, Delivery, Mailbox, MapAnswer
 from vehicle_agent.runtime.screen.screen_pages import HEADERS, ScreenFile
 from vehicle_agent.runtime.screen.screen_requests import (
     REQUEST_BYTES_MAX,
@@ -47,7 +48,7 @@ class ScreenProcess:
         vehicle_id: str,
         seats: int,
         settings: ScreenSettings,
-        files: dict[str, ScreenFile],
+        read_files: Callable[[], dict[str, ScreenFile]],
         clock: Clock,
     ) -> None:
         self._mailbox = Mailbox(mail / "screen")
@@ -55,7 +56,8 @@ class ScreenProcess:
         self._settings = settings
         self._networks = settings.allowed()
         self._page = f"/onboard/{vehicle_id}"
-        self._files = files
+        self._read_files = read_files
+        self._files = read_files()
         self._clock = clock
         self._history = ScreenHistory(vehicle_id, seats)
         self._limit = RequestLimit()
@@ -92,7 +94,14 @@ class ScreenProcess:
 
     def _collect(self) -> None:
         now_ns = self._clock.now_ns()
-        updates = [mail for mail in self._mailbox.take() if isinstance(mail, CabinUpdate)]
+        mails = self._mailbox.take()
+        if any(isinstance(mail, MapAnswer) and mail.refusal is None for mail in mails):
+            # The pages of screens that are open ask for the map again when they connect again.
+            self._files = self._read_files()
+            self._leaving = [
+                asyncio.ensure_future(client.close(1012, "another map")) for client in self._clients
+            ]
+        updates = [mail for mail in mails if isinstance(mail, CabinUpdate)]
         for update in updates:
             self._history.take(update.view, now_ns)
         if updates:

@@ -28,8 +28,10 @@ from vehicle_agent.runtime.processes.mailbox import (
     Mail,
     Mailbox,
     MailedSpans,
+    MapOffer,
     PlannerJobs,
 )
+from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import HmiOutput, InboxBody, LinkState, Outputs
@@ -108,12 +110,14 @@ class TickProcess:
         mask: CodeMask,
         traced: str = "",
         cabin: CabinReporter | None = None,
+        maps: MapSwitch | None = None,
     ) -> None:
         """mail: the folder of the vehicle's mailboxes; traced: the vehicle, if its rides are traced.
 
-        cabin: None for a vehicle without an onboard screen
+        cabin: None for a vehicle without an onboard screen; maps: None for one whose map never changes
         """
         self._cabin = cabin
+        self._maps = maps
         self._mail = mail
         self._clock = clock
         self._mailbox = Mailbox(mail / "tick", self._note_lost)
@@ -145,6 +149,7 @@ class TickProcess:
             self._collect()
             outputs = self._computer.run_tick(self._inbox.drain(), now_ns, pacer.late_ns)
             self._send_outputs(outputs, now_ns)
+            self._change_map(outputs)
         self._mailbox.close()
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
@@ -157,6 +162,8 @@ class TickProcess:
                     if self._cabin is not None and isinstance(delivery.body, LinkState):
                         self._cabin.note_link(delivery.body.connected)
                     self._inbox.put(delivery.arrival_ns, delivery.source, delivery.body)
+            elif isinstance(mail, MapOffer) and self._maps is not None:
+                self._maps.offer(mail.map_version)
         now_ns = self._clock.now_ns()
         for source, body in self._sensors.poll():
             self._inbox.put(now_ns, source, body)
@@ -181,6 +188,16 @@ class TickProcess:
         update = self._update_writer.update(outputs, memory, now_ns)
         if self._link_mail.post(update, self._computer.entries):
             self._computer.begin_segment()
+
+    def _change_map(self, outputs: Outputs) -> None:
+        answer = None if self._maps is None else self._maps.poll(self._computer, outputs)
+        if answer is None:
+            return
+        # Those of the new rooms stay for good, too.
+        gc.freeze()
+        self._mailbox.post(self._mail / "link", answer)
+        if self._cabin is not None:
+            self._mailbox.post(self._mail / "screen", answer)
 
     def _note_lost(self, mail: Mail) -> None:
         self._link_mail.note_lost(mail)

@@ -1,6 +1,7 @@
 """A vehicle's runs on disk: one folder a boot, with its segments."""
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -25,16 +26,21 @@ class FinishedSegment(msgspec.Struct, frozen=True):
 class RunLogFiles:
     """Writes a vehicle's run-log entries. `take_finished` gives each closed segment once."""
 
-    def __init__(self, runs: Path, profile: bytes, road_map_json: bytes) -> None:
-        """runs: the folder with one folder a boot."""
+    def __init__(
+        self, runs: Path, profile: bytes, road_map_json: bytes, read_map: Callable[[], bytes] | None = None
+    ) -> None:
+        """runs: the folder with one folder a boot.
+
+        read_map: the map by which the vehicle drives now; None for a vehicle whose map never changes
+        """
         self._runs = runs
         self._profile = profile
-        self._road_map_json = road_map_json
-        self._road_map = zstandard.compress(road_map_json, 3)
+        self._read_map = read_map
+        self._map_version = ""
+        self._set_map(road_map_json)
         self._writer: SegmentWriter | None = None
         self._segment = -1
         self._pending_header: RunHeader | None = None
-        self._map_scene: MapScene | None = None
         self._finished: list[FinishedSegment] = []
 
     def write(self, entries: list[RunLogEntry]) -> None:
@@ -45,6 +51,7 @@ class RunLogFiles:
         for entry in entries:
             if isinstance(entry, SegmentBegin):
                 self.close()
+                self._follow_map(entry.header)
                 path = self._runs / entry.header.boot_id / f"{entry.header.segment:04d}.mcap"
                 self._writer = SegmentWriter(path, entry.header, entry.state, self._profile, self._road_map)
                 self._segment, self._pending_header = entry.header.segment, entry.header
@@ -53,6 +60,17 @@ class RunLogFiles:
                     self._add_map(self._writer, self._pending_header, entry.stamp_ns)
                     self._pending_header = None
                 self._writer.add(entry.topic, entry.stamp_ns, entry.data)
+
+    def _set_map(self, road_map_json: bytes) -> None:
+        self._road_map_json = road_map_json
+        self._road_map = zstandard.compress(road_map_json, 3)
+        self._map_scene: MapScene | None = None
+
+    def _follow_map(self, header: RunHeader) -> None:
+        """A segment has the map of its run. Raises OSError."""
+        if self._map_version not in ("", header.map_version) and self._read_map is not None:
+            self._set_map(self._read_map())
+        self._map_version = header.map_version
 
     def _add_map(self, writer: SegmentWriter, header: RunHeader, stamp_ns: int) -> None:
         """Writes the map's scene, before the segment's first message."""

@@ -53,6 +53,7 @@ export function App({ link, vehicle_id, map_url }: AppProps) {
       <main>
         <StopList view={view} />
         <OnboardMap
+          key={link.map_number.value}
           vehicle_id={vehicle_id}
           view={view}
           url={map_url}

@@ -5,6 +5,8 @@ import type { ScreenRequest, ScreenScene } from "./screen_scene";
 /** The vehicle sends at least once a second. */
 const SILENT_MS = 5_000;
 const WATCHDOG_EVERY_MS = 500;
+/** RFC 6455's "service restart": the vehicle drives by another map. */
+const ANOTHER_MAP = 1012;
 
 /** The one owner of the screen's websocket. It reconnects for ever: the screen has nobody who reloads it. */
 export class ScreenLink {
@@ -14,6 +16,9 @@ export class ScreenLink {
   readonly silent_ms = signal(Infinity);
   /** The vehicle did not take the last request: too many came. */
   readonly refused = signal(false);
+
+  /** Counts the maps that the vehicle has changed to since the page was opened. */
+  readonly map_number = signal(0);
 
   private socket: WebSocket | null = null;
   private attempt = 0;
@@ -41,7 +46,8 @@ export class ScreenLink {
       this.is_open.value = true;
     };
     socket.onmessage = ({ data }) => this.received(JSON.parse(String(data)));
-    socket.onclose = () => {
+    socket.onclose = ({ code }) => {
+      if (code === ANOTHER_MAP) this.map_number.value++;
       if (this.socket === socket) this.lost();
     };
   }

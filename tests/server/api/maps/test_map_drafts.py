@@ -194,8 +194,9 @@ def test_a_map_is_not_changed_under_a_shuttle_that_drives(
 ) -> None:
     operator = campus.sign_in()
     made = draft(campus, operator)
-    stop = campus.get(f"/maps/drafts/{made['draft_id']}").json()["elements"]["stops"][0]
-    changed = change(campus, operator, made, put={"stops": [stop | {"name": "Other"}]}).json()
+    lanes = campus.get(f"/maps/drafts/{made['draft_id']}").json()["elements"]["lanes"]
+    slower = [lane | {"speed_limit_mps": 1.0} for lane in lanes]
+    changed = change(campus, operator, made, put={"lanes": slower}).json()
     book(campus)
     refused = publish(campus, operator, changed)
     assert (refused.status_code, refused.json()["code"]) == (409, "map_in_use")

@@ -33,6 +33,8 @@ PUBLIC_READING = {
     ("GET", "/stops"),
     ("GET", "/campus/map"),
     ("GET", "/campus/notices"),
+    # By a vehicle's signature.
+    ("GET", "/maps/{map_version}/vehicle-file"),
     ("GET", "/stops/{stop_id}/board"),
     ("GET", "/stops/{stop_id}/board/code"),
     ("GET", "/rides/lookup"),

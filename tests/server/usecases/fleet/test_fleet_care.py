@@ -159,13 +159,18 @@ def test_maps_are_checked_stored_once_and_changed_only_while_nobody_drives(drive
     for broken in (b"", b"{}", encode_map(shipped_map("shanghai-university"))):
         with pytest.raises(MapInvalid):
             campus.do(lambda uow, broken=broken: campuses.load_map(uow, broken, "ann"))
-    other = with_version(msgspec.structs.replace(shipped_map("snow-lion"), name="Repainted", map_version=""))
+    slower = tuple(
+        msgspec.structs.replace(lane, speed_limit_mps=1.0) for lane in shipped_map("snow-lion").lanes
+    )
+    other = with_version(
+        msgspec.structs.replace(shipped_map("snow-lion"), name="Repainted", lanes=slower, map_version="")
+    )
     stored = campus.do(lambda uow: campuses.load_map(uow, encode_map(other), "ann"))
     assert not stored.active
     with pytest.raises(MapUnknown):
         campus.do(lambda uow: campuses.activate_map(uow, "0000", "ann"))
     driven_fleet.book("NN20", "C6")
-    with pytest.raises(MapInUse, match="recall"):
+    with pytest.raises(MapInUse, match="under way"):
         campus.do(lambda uow: campuses.activate_map(uow, stored.map_version, "ann"))
     driven_fleet.run_until_idle(4000.0)
     campus.do(lambda uow: campuses.activate_map(uow, stored.map_version, "ann"))

@@ -1,16 +1,20 @@
 """Operators edit the timetable: by revision, in versions, and departures follow."""
 
+import math
 from collections.abc import Callable, Sequence
 
+import msgspec
 import pytest
 
+from contract.roads.load import encode_map, with_version
 from contract.roads.model import TimetableTrip
 from server.domain.errors import TimetableChanged, TimetableInvalid, TimetableUnknown
 from server.domain.service.timetable import DepartureState
-from server.domain.service.trips import TripChanges
-from server.usecases.fleet import timetables
+from server.domain.service.trips import TripChanges, UnservedTrip
+from server.usecases.fleet import campus as campuses
+from server.usecases.fleet import departures, timetables
 from server.usecases.fleet.timetables import TimetableEffect, version_of
-from server.usecases.record import calendars
+from server.usecases.record import calendars, incidents
 from server.usecases.record.calendars import timetable_of
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
@@ -112,3 +116,46 @@ def test_versions_are_stored_on_both_databases(campus: CampusUnderTest) -> None:
     after = campus.read(timetable_of)
     assert (after.revision, after.trips, after.note) == (before.revision + 1, before.trips[:1], "fewer")
     assert after.made_at == campus.clock.now()
+
+
+def test_a_leg_that_cannot_be_driven_in_its_time_is_named_with_what_it_takes(
+    begin: Callable[..., FakeFleet],
+) -> None:
+    fleet = begin(FIRST, shuttles=0)
+    roads = fleet.campus.read(lambda uow: uow.roads())
+    drive_s, dwell_s = roads.direct_s("NN20", "NN7"), fleet.campus.rules.dwell_s
+    onward_s = roads.direct_s("NN7", "C6")
+
+    def a_trip(first_s: int, second_s: int) -> TimetableTrip:
+        return TimetableTrip(
+            "timed", (("NN20", 36_000), ("NN7", 36_000 + first_s), ("C6", 36_000 + second_s))
+        )
+
+    ample = math.ceil(drive_s + dwell_s)
+    assert save(fleet, [a_trip(ample, ample + math.ceil(onward_s))], 0).tight == ()
+    (leg,) = save(fleet, [a_trip(ample - 2, ample + math.ceil(onward_s))], 1).tight
+    assert (leg.trip_id, leg.from_stop, leg.to_stop, leg.given_s) == ("timed", "NN20", "NN7", ample - 2)
+    assert leg.needed_s == pytest.approx(drive_s + dwell_s)
+    (last,) = save(fleet, [a_trip(ample, ample + math.floor(onward_s) - 1)], 2).tight
+    assert (last.from_stop, last.to_stop) == ("NN7", "C6")
+    assert last.needed_s == pytest.approx(onward_s), "riders get off at the last stop: nothing waits for that"
+
+
+def test_trips_whose_stops_the_map_lost_are_told_until_they_can_run_again(
+    begin: Callable[..., FakeFleet],
+) -> None:
+    fleet = begin(FIRST, shuttles=0)
+    campus = fleet.campus
+    save(fleet, [FIRST, SECOND], 0)
+    before = campus.road_map
+    stops = tuple(stop for stop in before.stops if stop.stop_id != "NN7")
+    without = with_version(msgspec.structs.replace(before, stops=stops, timetable=(), map_version=""))
+    campus.do(lambda uow: campuses.load_map(uow, encode_map(without), "ann", activate=True))
+    assert campus.read(calendars.unserved_of) == (UnservedTrip("second", ("NN7",)),)
+    (incident,) = campus.read(lambda uow: uow.views.incidents())
+    assert (incident.kind, incident.cause) == ("trips_unserved", "second: the map has no stop NN7")
+    campus.do(lambda uow: incidents.close(uow, incident.incident_id, "ann"))
+    campus.do(departures.plan_departures)
+    assert len(campus.read(lambda uow: uow.views.incidents())) == 1, "as long as it lasts"
+    save(fleet, [FIRST], 1)
+    assert campus.read(lambda uow: uow.views.incidents()) == ()

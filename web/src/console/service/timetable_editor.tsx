@@ -6,7 +6,7 @@ import { vehicleName } from "../texts/names";
 import { stopName } from "../texts/stop_names";
 import { texts } from "../texts/texts";
 import { formatDateTime, formatTime } from "../texts/times";
-import type { TimetableEffect, Trip } from "./timetable_draft";
+import type { Timetable, TimetableEffect, Trip } from "./timetable_draft";
 import { TimetableDraft, withTrip } from "./timetable_draft";
 import { TripForm } from "./trip_form";
 
@@ -26,6 +26,8 @@ export function TimetableEditor({ onDone }: { readonly onDone: () => void }) {
   const edited = editing.value === "new" ? null : editing.value;
   return (
     <div class="timetable-editor">
+      <UnservedTrips unserved={base.unserved} />
+      {effect === null && !draft.is_changed.value && <TightLegs legs={base.tight_legs} />}
       {trips.length === 0 && <p class="empty">{t.no_trips_at_all}</p>}
       <ul class="rows">
         {trips.map((trip) => (
@@ -177,7 +179,44 @@ function Effect({ effect }: { readonly effect: TimetableEffect }) {
         ))}
         {effect.withdrawn.length + effect.kept.length === 0 && <li>{t.no_departure_affected}</li>}
       </ul>
+      <TightLegs legs={effect.tight_legs} />
     </div>
+  );
+}
+
+/** Trips that the timetable has and the map cannot serve. */
+function UnservedTrips({ unserved }: { readonly unserved: Timetable["unserved"] }) {
+  const t = texts.value;
+  if (unserved.length === 0) return null;
+  return (
+    <Alert tone="danger">
+      <p>{t.trips_unserved_lead}</p>
+      <ul data-unserved-trips>
+        {unserved.map(({ trip_id, missing_stops }) => (
+          <li key={trip_id}>{t.trip_unserved(trip_id, missing_stops.join(", "))}</li>
+        ))}
+      </ul>
+    </Alert>
+  );
+}
+
+function TightLegs({ legs }: { readonly legs: Timetable["tight_legs"] }) {
+  const t = texts.value;
+  if (legs.length === 0) return null;
+  return (
+    <Alert tone="warning">
+      <p>{t.tight_legs_lead}</p>
+      <ul data-tight-legs>
+        {legs.map((leg) => (
+          <li key={`${leg.trip_id} ${leg.leaves}`}>
+            {t.tight_leg(leg.trip_id, stopName(leg.from_stop), stopName(leg.to_stop), leg.leaves)}{" "}
+            {leg.needed_s === null
+              ? t.tight_leg_no_road
+              : t.tight_leg_takes(t.minutes_seconds(leg.needed_s), t.minutes_seconds(leg.given_s))}
+          </li>
+        ))}
+      </ul>
+    </Alert>
   );
 }
 

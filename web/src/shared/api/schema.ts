@@ -279,8 +279,8 @@ export interface paths {
         put?: never;
         /**
          * Publish Map Draft
-         * @description Put the draft in force. It must have no problems, and no shuttle may be under way: it drives by the map
-         *     that it has. The draft is gone; the former map stays stored.
+         * @description Put the draft in force. It must have no problems, and no shuttle may be under way on what it changes.
+         *     Every vehicle downloads it by itself. The draft is gone; the former map stays stored.
          */
         post: operations["publish_map_draft"];
         delete?: never;
@@ -340,9 +340,31 @@ export interface paths {
         put?: never;
         /**
          * Activate Map
-         * @description Put a stored version in force: roll back, or forward again. No shuttle may be under way.
+         * @description Put a stored version in force: roll back, or forward again.
+         *
+         *     No shuttle may be under way on what it changes.
          */
         post: operations["activate_map"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/maps/{map_version}/vehicle-file": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Map For Vehicle
+         * @description The map as it is stored: its SHA-256 is the one that the vehicle's link has announced.
+         */
+        get: operations["get_map_for_vehicle"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -3753,7 +3775,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "protocol_violation" | "false_report" | "server_degraded" | "battery_low" | "rider_did_not_alight" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "promise_broken" | "ride_failed" | "seat_button" | "webhook_disabled";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "protocol_violation" | "false_report" | "server_degraded" | "battery_low" | "rider_did_not_alight" | "map_not_changed" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "trips_unserved" | "promise_broken" | "ride_failed" | "seat_button" | "webhook_disabled";
         /**
          * IncidentView
          * @example {
@@ -6109,6 +6131,31 @@ export interface components {
             last_good_at: string | null;
         };
         /**
+         * TightLegView
+         * @description A leg of a trip that takes longer than the trip gives it.
+         */
+        TightLegView: {
+            /** Trip Id */
+            trip_id: string;
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /**
+             * Leaves
+             * @description At the first of the two stops.
+             * @example 08:00
+             */
+            leaves: string;
+            /** Given S */
+            given_s: number;
+            /**
+             * Needed S
+             * @description Driving on an empty campus at that hour, and the stop at the second one unless the trip ends there. null: no road leads there.
+             */
+            needed_s: number | null;
+        };
+        /**
          * TimetableBody
          * @description All trips: a trip that is left out is removed.
          * @example {
@@ -6209,7 +6256,17 @@ export interface components {
          *         "morning-1"
          *       ],
          *       "withdrawn": [],
-         *       "kept": []
+         *       "kept": [],
+         *       "tight_legs": [
+         *         {
+         *           "trip_id": "morning-1",
+         *           "from_stop": "library",
+         *           "to_stop": "east-gate",
+         *           "leaves": "08:00",
+         *           "given_s": 120,
+         *           "needed_s": 214
+         *         }
+         *       ]
          *     }
          */
         TimetableEffectView: {
@@ -6229,6 +6286,11 @@ export interface components {
              * @description Departures that have begun: they run as they were.
              */
             kept: components["schemas"]["AffectedDeparture"][];
+            /**
+             * Tight Legs
+             * @description Legs that cannot be driven in their times. They do not keep it from being published.
+             */
+            tight_legs: components["schemas"]["TightLegView"][];
         };
         /**
          * TimetableView
@@ -6253,7 +6315,16 @@ export interface components {
          *       "made_by": "",
          *       "made_at": null,
          *       "note": "",
-         *       "versions": []
+         *       "versions": [],
+         *       "unserved": [
+         *         {
+         *           "trip_id": "morning-2",
+         *           "missing_stops": [
+         *             "old-gate"
+         *           ]
+         *         }
+         *       ],
+         *       "tight_legs": []
          *     }
          */
         TimetableView: {
@@ -6275,6 +6346,16 @@ export interface components {
              * @description The newest first; they can be read and saved again.
              */
             versions: components["schemas"]["VersionView"][];
+            /**
+             * Unserved
+             * @description Trips that do not run: the map in force lacks some of their stops.
+             */
+            unserved: components["schemas"]["UnservedTripView"][];
+            /**
+             * Tight Legs
+             * @description Legs that take longer than their trips give them: shuttles are late there.
+             */
+            tight_legs: components["schemas"]["TightLegView"][];
         };
         /**
          * TokenRequest
@@ -6476,6 +6557,13 @@ export interface components {
             state: components["schemas"]["DepartureState"];
             /** Vehicle Id */
             vehicle_id: string | null;
+        };
+        /** UnservedTripView */
+        UnservedTripView: {
+            /** Trip Id */
+            trip_id: string;
+            /** Missing Stops */
+            missing_stops: string[];
         };
         /**
          * VehicleDetail
@@ -8471,6 +8559,61 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_for_vehicle: {
+        parameters: {
+            query?: never;
+            header: {
+                "Vehicle-Id": string;
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map'), the vehicle id, and the hash or version, one a line. */
+                "Vehicle-Signature": string;
+            };
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The map as a file. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": unknown;
+                    "application/xml": unknown;
+                    "application/json": unknown;
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15257,7 +15400,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over 'campusloop-segment', the vehicle id and the hash, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
