@@ -33,6 +33,7 @@ from server.api.sessions import second_factor
 from server.api.shift_log import routes as shift_log
 from server.api.shifts import routes as shifts
 from server.api.sockets import (
+    board,
     developer,
     infrastructure,
     live,
@@ -99,6 +100,7 @@ def bare_app(**options: Any) -> FastAPI:
     app.include_router(basic.router)
     for router in (
         vehicle.router,
+        board.router,
         live.router,
         developer.router,
         infrastructure.router,

@@ -109,6 +109,10 @@ class FleetRoads:
         times = self._stop_times_with(frozenset(self.network.resting_places))
         return not (served[pickup] and served[dropoff] and math.isfinite(times[pickup, dropoff]))
 
+    def serves(self, stop_id: str) -> bool:
+        """The stop is not on closed road, and a shuttle can drive on from it."""
+        return not self.closed or bool(self._served_stops()[self.stop_numbers[stop_id]])
+
     def stop_times(self, own: Own) -> Array:
         """(n, n) planned seconds between all stops, in map order, for the owner of these resting places.
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from server.api.campus.schemas import STOP_EXAMPLE, StopView, stop_view
 from server.api.formats import StopId
 from server.api.problems import problems
-from server.api.services import InjectedServices
+from server.api.services import InjectedServices, Services
 from server.domain.errors import CampusUnknown, StopUnknown
 from server.domain.planning.eta_ranges import ExpectedRange
 from server.domain.service.timetable import DepartureState
@@ -59,6 +59,15 @@ class BoardShuttleView(BaseModel):
     seats_left: int | None
 
 
+class BoardClosureView(BaseModel):
+    """A closed road that concerns this stop, now or in the next six hours."""
+
+    reason: str = Field(description="As the operators gave it; may be empty.")
+    starts_at: datetime
+    ends_at: datetime | None
+    is_served: bool = Field(description="Shuttles come to this stop all the same.")
+
+
 class BoardView(BaseModel):
     """The next departures of a stop. It names no rider."""
 
@@ -88,6 +97,14 @@ class BoardView(BaseModel):
                 "opens_next": "2026-09-01T08:14:31Z",
                 "closes_at": "2026-09-01T14:00:00Z",
                 "holiday": None,
+                "closures": [
+                    {
+                        "reason": "Road works",
+                        "starts_at": "2026-09-01T08:00:00Z",
+                        "ends_at": None,
+                        "is_served": False,
+                    }
+                ],
                 "book_url": "https://campus.example/?from=library",
             }
         }
@@ -102,13 +119,22 @@ class BoardView(BaseModel):
     opens_next: datetime | None
     closes_at: datetime | None
     holiday: str | None
+    closures: list[BoardClosureView] = Field(description="By their beginning.")
     book_url: str = Field(description="Where a ride from this stop is booked.")
 
 
 @router.get("/{stop_id}/board", operation_id="get_stop_board", responses=problems(StopUnknown, CampusUnknown))
 async def get_stop_board(stop_id: BoardStopId, services: InjectedServices, request: Request) -> BoardView:
-    """What a screen at this stop shows: the next trips of the timetable, and the shuttles that come."""
-    book_url = _book_url(services.settings.public_url, request, stop_id)
+    """What a screen at this stop shows: the next trips of the timetable, and the shuttles that come.
+
+    `/ws/board/STOP` sends the same whenever it changes.
+    """
+    return await read_board(services, stop_id, str(request.base_url))
+
+
+async def read_board(services: Services, stop_id: str, base_url: str) -> BoardView:
+    """base_url: by which the screen reaches us. Raises StopUnknown, CampusUnknown."""
+    book_url = _book_url(services.settings.public_url, base_url, stop_id)
 
     def work(uow: UnitOfWork) -> BoardView:
         board = stop_boards.stop_board(uow, stop_id)
@@ -129,16 +155,16 @@ async def get_stop_code(stop_id: BoardStopId, services: InjectedServices, reques
     """A QR code of the address at which a ride from this stop is booked, for screens and for print."""
     await services.transactions.read(lambda uow: stop_boards.stop_of(uow, stop_id))
     picture = io.BytesIO()
-    address = _book_url(services.settings.public_url, request, stop_id)
+    address = _book_url(services.settings.public_url, str(request.base_url), stop_id)
     segno.make(address, error="m", micro=False).save(
         picture, kind="svg", border=QUIET_MODULES, dark="#000", light="#fff", omitsize=True
     )
     return Response(picture.getvalue(), media_type="image/svg+xml", headers={"Cache-Control": "no-cache"})
 
 
-def _book_url(public_url: str, request: Request, stop_id: str) -> str:
+def _book_url(public_url: str, base_url: str, stop_id: str) -> str:
     """On the address by which the screen itself reaches us, where no other one is set."""
-    origin = public_url.rstrip("/") or str(request.base_url).rstrip("/")
+    origin = public_url.rstrip("/") or base_url.rstrip("/")
     return f"{origin}/?from={quote(stop_id, safe='')}"
 
 
@@ -153,6 +179,12 @@ def _board_view(board: StopBoard, named: dict[str, tuple[str, str]], book_url: s
         opens_next=board.opens_next,
         closes_at=board.closes_at,
         holiday=board.holiday,
+        closures=[
+            BoardClosureView(
+                reason=one.reason, starts_at=one.starts_at, ends_at=one.ends_at, is_served=one.is_served
+            )
+            for one in board.closures
+        ],
         book_url=book_url,
     )
 

@@ -9,6 +9,7 @@ from server.domain.planning.eta_ranges import ExpectedRange, PlannedPickup, pick
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.roads.stops import CampusStop
 from server.domain.service.timetable import Departure, DepartureState
+from server.travel.closed_roads import sections_of
 from server.usecases.fleet import campus
 from server.usecases.planning.outlooks import seats_left_at
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -18,6 +19,9 @@ from server.usecases.record import calendars
 ROWS_MAX = 8
 # A departure that could not be made is shown for so long after its time.
 MISSED_FOR_S = 600.0
+# A closure is announced so long before it begins.
+CLOSURES_AHEAD_S = 6 * 3600.0
+CLOSURES_MAX = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,19 @@ class BoardShuttle:
 
 
 @dataclass(frozen=True, slots=True)
+class BoardClosure:
+    """A closed road that concerns the stop, now or in the next hours.
+
+    is_served  shuttles reach the stop all the same
+    """
+
+    reason: str
+    starts_at: datetime
+    ends_at: datetime | None
+    is_served: bool
+
+
+@dataclass(frozen=True, slots=True)
 class StopBoard:
     """holiday: the name of today's, None on an ordinary day; opens_next None: not for weeks."""
 
@@ -65,6 +82,7 @@ class StopBoard:
     opens_next: datetime | None
     closes_at: datetime | None
     holiday: str | None
+    closures: tuple[BoardClosure, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +114,7 @@ def stop_board(uow: UnitOfWork, stop_id: str) -> StopBoard:
         opens_next=calendar.next_opening(uow.now),
         closes_at=calendar.closes_after(uow.now),
         holiday=None if today.holiday is None else today.holiday.note,
+        closures=_closures(uow, stop_id),
     )
 
 
@@ -105,6 +124,21 @@ def stop_of(uow: UnitOfWork, stop_id: str) -> CampusStop:
     if stop is None:
         raise StopUnknown(f"the map has no stop {stop_id!r}; see /api/v1/stops")
     return stop
+
+
+def _closures(uow: UnitOfWork, stop_id: str) -> tuple[BoardClosure, ...]:
+    """Those on the stop's own lane, and those that keep every shuttle from the stop; by their beginning."""
+    roads = uow.roads().every_road
+    lane_id = roads.network.stops[stop_id].lane_id
+    here = {section.section_id for section in roads.network.sections_of(lane_id)}
+    until = uow.now + timedelta(seconds=CLOSURES_AHEAD_S)
+    found = []
+    for closure in uow.closures.standing() if uow.has_closures() else ():
+        closed = frozenset(sections_of(closure, roads.network))
+        is_served = roads.closed_to(closed).serves(stop_id)
+        if closure.starts_at <= until and (not is_served or not here.isdisjoint(closed)):
+            found.append(BoardClosure(closure.reason, closure.starts_at, closure.ends_at, is_served))
+    return tuple(sorted(found, key=lambda one: one.starts_at)[:CLOSURES_MAX])
 
 
 def _coming(uow: UnitOfWork, stop_id: str) -> tuple[_Coming, ...]:

@@ -62,12 +62,26 @@ function Notices({ board }: { readonly board: Board }) {
   const t = texts.value;
   const time = (moment: string) =>
     formatTimeOrDateTime(moment, board.now, language.value, board.timezone);
-  const { open_now, opens_next, closes_at, holiday } = board;
+  const { open_now, opens_next, closes_at, holiday, closures } = board;
   const closes_soon =
     closes_at !== null && Date.parse(closes_at) - Date.parse(board.now) < CLOSING_SOON_MS;
   return (
     <>
       {holiday !== null && <Alert>{t.holiday(holiday)}</Alert>}
+      {closures.map((one) => (
+        <div key={`${one.starts_at} ${one.reason}`} data-closure>
+          <Alert tone={one.is_served ? "warning" : "danger"}>
+            {[
+              one.is_served ? t.road_closed : t.stop_closed,
+              Date.parse(one.starts_at) > Date.parse(board.now) && t.from(time(one.starts_at)),
+              one.ends_at === null ? t.until_further_notice : t.until(time(one.ends_at)),
+              one.reason,
+            ]
+              .filter((part) => typeof part === "string" && part !== "")
+              .join(" · ")}
+          </Alert>
+        </div>
+      ))}
       {!open_now && (
         <Alert tone="warning">
           {opens_next === null ? t.closed : t.closed_until(time(opens_next))}

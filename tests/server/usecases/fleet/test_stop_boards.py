@@ -2,14 +2,17 @@
 
 from collections.abc import Callable, Iterator
 from datetime import timedelta
+from typing import Any
 
 import pytest
 
 from server.domain.errors import StopUnknown
 from server.domain.rides.rides import RideState
 from server.domain.service.timetable import DepartureState
+from server.usecases.fleet import closures
+from server.usecases.fleet.closures import CloseRoad
 from server.usecases.fleet.departures import plan_departures
-from server.usecases.fleet.stop_boards import MISSED_FOR_S, StopBoard, stop_board
+from server.usecases.fleet.stop_boards import CLOSURES_AHEAD_S, MISSED_FOR_S, StopBoard, stop_board
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fleet.test_departures import begin, trip
@@ -100,3 +103,23 @@ def test_a_departure_that_was_missed_is_shown_as_such_for_a_while(begin: Callabl
 def test_a_stop_that_the_map_does_not_have_is_refused(fleet: FakeFleet) -> None:
     with pytest.raises(StopUnknown):
         board(fleet, "nowhere")
+
+
+def test_closures_that_concern_the_stop_are_told_before_they_begin_and_others_are_not(
+    fleet: FakeFleet,
+) -> None:
+    now = fleet.campus.clock.now()
+    stop = fleet.network.stops["C6"]
+    later = now + timedelta(seconds=CLOSURES_AHEAD_S / 2)
+    far = now + timedelta(seconds=2 * CLOSURES_AHEAD_S)
+
+    def close(**wish: Any) -> None:
+        fleet.campus.do(lambda uow: closures.close(uow, CloseRoad((stop.lane_id,), **wish), "ann"))
+
+    close(reason="Marathon", starts_at=far)
+    assert board(fleet, "C6").closures == ()
+    close(reason="Road works", starts_at=later, ends_at=far)
+    (told,) = board(fleet, "C6").closures
+    assert (told.reason, told.starts_at, told.ends_at) == ("Road works", later, far)
+    assert told.is_served is False
+    assert board(fleet, "NN20").closures == ()

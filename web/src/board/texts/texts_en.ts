@@ -30,6 +30,11 @@ export const en = {
   closed: "No rides can be booked at the moment.",
   closed_until: (time: string) => `No rides can be booked until ${time}.`,
   closes_soon: (time: string) => `Rides can be booked until ${time} today.`,
+  stop_closed: "No shuttle serves this stop: its road is closed",
+  road_closed: "The road at this stop is closed. Shuttles may be late",
+  from: (time: string) => `from ${time}`,
+  until: (time: string) => `until ${time}`,
+  until_further_notice: "until further notice",
   as_of: (time: string) => `As of ${time}`,
   offline: (time: string) =>
     `No connection since ${time}. Only the timetable is shown; delays are not known.`,

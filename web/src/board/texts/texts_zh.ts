@@ -28,6 +28,11 @@ export const zh: BoardTexts = {
   closed: "目前不能预约。",
   closed_until: (time) => `${time} 起可以预约。`,
   closes_soon: (time) => `今日预约截至 ${time}。`,
+  stop_closed: "道路封闭，车辆不停靠本站",
+  road_closed: "本站道路封闭，车辆可能晚点",
+  from: (time) => `${time} 起`,
+  until: (time) => `至 ${time}`,
+  until_further_notice: "恢复时间另行通知",
   as_of: (time) => `更新于 ${time}`,
   offline: (time) => `自 ${time} 起连接中断。仅显示时刻表，无法得知延误。`,
 };

@@ -71,6 +71,8 @@ export interface paths {
         /**
          * Get Stop Board
          * @description What a screen at this stop shows: the next trips of the timetable, and the shuttles that come.
+         *
+         *     `/ws/board/STOP` sends the same whenever it changes.
          */
         get: operations["get_stop_board"];
         put?: never;
@@ -2445,6 +2447,29 @@ export interface components {
             previous_sha256: string;
         };
         /**
+         * BoardClosureView
+         * @description A closed road that concerns this stop, now or in the next six hours.
+         */
+        BoardClosureView: {
+            /**
+             * Reason
+             * @description As the operators gave it; may be empty.
+             */
+            reason: string;
+            /**
+             * Starts At
+             * Format: date-time
+             */
+            starts_at: string;
+            /** Ends At */
+            ends_at: string | null;
+            /**
+             * Is Served
+             * @description Shuttles come to this stop all the same.
+             */
+            is_served: boolean;
+        };
+        /**
          * BoardDepartureView
          * @description A trip of the timetable that leaves this stop.
          */
@@ -2537,6 +2562,14 @@ export interface components {
          *       "opens_next": "2026-09-01T08:14:31Z",
          *       "closes_at": "2026-09-01T14:00:00Z",
          *       "holiday": null,
+         *       "closures": [
+         *         {
+         *           "reason": "Road works",
+         *           "starts_at": "2026-09-01T08:00:00Z",
+         *           "ends_at": null,
+         *           "is_served": false
+         *         }
+         *       ],
          *       "book_url": "https://campus.example/?from=library"
          *     }
          */
@@ -2568,6 +2601,11 @@ export interface components {
             closes_at: string | null;
             /** Holiday */
             holiday: string | null;
+            /**
+             * Closures
+             * @description By their beginning.
+             */
+            closures: components["schemas"]["BoardClosureView"][];
             /**
              * Book Url
              * @description Where a ride from this stop is booked.
