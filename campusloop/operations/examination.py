@@ -10,6 +10,7 @@ from campusloop.operations.files import (
     check_folder,
     check_map,
     check_pages,
+    check_push_key,
     check_ticket_keys,
 )
 from campusloop.operations.finding import Finding, bad, good, warning
@@ -35,6 +36,7 @@ def examine(environment: Mapping[str, str], now: datetime, **options: object) ->
         _check_settings(environment),
         check_folder(settings),
         check_ticket_keys(settings),
+        check_push_key(settings),
         database,
         check_bus(settings),
         check_segments(settings),

@@ -15,6 +15,7 @@ from contract.roads.load import MapError, load_map
 from server.api.pages import find_page, read_pages
 from server.key_file import BadKeyFile
 from server.live_ports import CannotStart, fleet_rules
+from server.push_key_file import push_identity_of
 from server.settings import Settings
 from server.ticket_key_file import ticket_keys_of
 
@@ -42,6 +43,27 @@ def check_folder(settings: Settings) -> Finding:
         )
     made = "" if present == folder else ", made at the first start"
     return good("folder", f"{folder}{made}; {free // _MIB} MiB free")
+
+
+def check_push_key(settings: Settings) -> Finding:
+    """The key of messages to phones can be read, by the server's user only. Makes none."""
+    path = settings.push_key()
+    if not path.exists():
+        if (settings.var_dir / "campusloop.db").exists():
+            return warning(
+                "push key",
+                f"{path} is missing, and phones that asked for news of their rides know the former key",
+                "put the file back; with a new key these phones hear of no ride until they ask again",
+            )
+        return good("push key", f"{path}, made at the first start")
+    try:
+        identity = push_identity_of(path)
+        is_open = path.stat().st_mode & 0o077
+    except (BadKeyFile, OSError) as error:
+        return bad("push key", str(error), "put the old file back, or set CAMPUSLOOP_PUSH_KEY_FILE")
+    if is_open:
+        return warning("push key", f"{path} can be read or changed by other users", f"chmod 600 {path}")
+    return good("push key", f"{path}, public key {identity.public_key[:12]}…")
 
 
 def check_ticket_keys(settings: Settings) -> Finding:

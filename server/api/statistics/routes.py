@@ -40,9 +40,11 @@ async def get_service_figures(
     since, until = moment_at(from_ms), moment_at(from_ms + 1000 * seconds)
 
     def read(uow: UnitOfWork) -> bytes:
-        rides = uow.past.wanted_rides(since, until, RIDES_MAX)
+        # One more than is counted: it alone says that there are more.
+        found = uow.past.wanted_rides(since, until, RIDES_MAX + 1)
+        rides = found[:RIDES_MAX]
         timezone = uow.network().road_map.timezone
-        is_cut = len(rides) == RIDES_MAX
+        is_cut = len(found) > RIDES_MAX
         return msgspec.json.encode(
             service_figures(rides, from_ms, from_ms + 1000 * seconds, timezone, is_cut)
         )
@@ -69,7 +71,8 @@ async def get_driving_figures(
     def read(uow: UnitOfWork) -> bytes:
         speeds = uow.past.speeds(since, until)
         kinds = ("mode_changed", "fault_raised")
-        events = [one.body for one in uow.past.vehicle_events(since, until, kinds, EVENTS_MAX)]
+        found = uow.past.vehicle_events(since, until, kinds, EVENTS_MAX + 1)
+        events = [one.body for one in found[:EVENTS_MAX]]
         modes = [body.mode for body in events if isinstance(body, ModeChanged)]
         faults = [body for body in events if isinstance(body, FaultRaised) and not body.cleared]
         figures = DrivingFigures(
@@ -80,7 +83,7 @@ async def get_driving_figures(
             brakings=sum(body.fault.code.startswith(past.BRAKING) for body in faults),
             takeovers=modes.count("manual"),
             minimal_risk_stops=modes.count("minimal_risk"),
-            is_cut=len(events) == EVENTS_MAX,
+            is_cut=len(found) > EVENTS_MAX,
         )
         return msgspec.json.encode(figures)
 

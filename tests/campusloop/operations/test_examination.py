@@ -17,6 +17,7 @@ from campusloop.operations.machine import EARLIEST, wrong_packages
 from campusloop.operations.network import readiness
 from server.store.engine import open_engine
 from server.store.tables import server_events
+from server.push_key_file import push_identity_of
 from server.ticket_key_file import ticket_keys_of
 from tests.campusloop.live.live_server import live_server
 from tests.server.store.backups.writing_campus import a_database, set_revision
@@ -32,6 +33,7 @@ def an_installation(folder: Path) -> dict[str, str]:
         (folder / "dist" / page).write_text("<html></html>")
     a_database(folder / "var" / "campusloop.db")
     ticket_keys_of(folder / "var" / "ticket.key")
+    push_identity_of(folder / "var" / "push.key")
     return {
         "CAMPUSLOOP_VAR_DIR": str(folder / "var"),
         "CAMPUSLOOP_WEB_DIST": str(folder / "dist"),
@@ -93,15 +95,18 @@ def test_variables_of_the_command_line_are_no_settings_and_no_mistakes(tmp_path:
     assert findings(an_installation(tmp_path) | others)["settings"].state == "good"
 
 
-def test_ticket_keys_that_are_missing_open_to_others_or_broken_are_told(tmp_path: Path) -> None:
-    environment, file = an_installation(tmp_path), tmp_path / "var" / "ticket.key"
+@pytest.mark.parametrize(("name", "check"), [("ticket.key", "ticket keys"), ("push.key", "push key")])
+def test_keys_that_are_missing_open_to_others_or_broken_are_told(
+    tmp_path: Path, name: str, check: str
+) -> None:
+    environment, file = an_installation(tmp_path), tmp_path / "var" / name
     told = {}
     file.chmod(0o644)
-    told["open"] = findings(environment)["ticket keys"]
+    told["open"] = findings(environment)[check]
     file.write_text("no key")
-    told["broken"] = findings(environment)["ticket keys"]
+    told["broken"] = findings(environment)[check]
     file.unlink()
-    told["missing"] = findings(environment)["ticket keys"]
+    told["missing"] = findings(environment)[check]
     assert {name: finding.state for name, finding in told.items()} == {
         "open": "warning",
         "broken": "bad",

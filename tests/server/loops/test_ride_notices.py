@@ -3,7 +3,7 @@
 import asyncio
 import time
 from collections.abc import Iterator
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 import pytest
 from sqlalchemy import Engine
@@ -11,11 +11,12 @@ from sqlalchemy import Engine
 from server import webhook_sender
 from server.addresses import LOOPBACK
 from server.domain.errors import PushSubscriptionInvalid, RideEnded
-from server.domain.rides.notices import ENDED_FOR_S, NEAR_S, PAUSES_S, Language
+from server.domain.rides.notices import ENDED_FOR_S, NEAR_S, PAUSES_S, Language, PushSubscription
 from server.domain.rides.rides import Promise, Ride, RideState, promised_anew
 from server.loops.ride_notices import RideNotices
 from server.push_encryption import PushIdentity
 from server.push_sender import WebPushSender
+from server.usecases.ports.push import PushAnswer, PushMessage
 from server.usecases.rides import erasure, notices, rides
 from server.usecases.rides.notices import PER_SERVICE_MAX, SUBSCRIPTIONS_PER_RIDE_MAX
 from server.webhook_sender import HttpWebhookSender
@@ -260,3 +261,52 @@ def test_a_ride_that_is_over_takes_no_subscription(fleet: FakeFleet, service: Pu
     over = fleet.campus.do(lambda uow: rides.cancel(uow, ride.ride_id, "passenger"))
     with pytest.raises(RideEnded):
         want(fleet, over, service)
+
+
+class SlowSender:
+    """Answers at once, but for one push service not before it is told to."""
+
+    public_key = ""
+
+    def __init__(self) -> None:
+        self.sent: list[str] = []
+        self.released = asyncio.Event()
+
+    async def send(self, subscription: PushSubscription, message: PushMessage, now: datetime) -> PushAnswer:
+        self.sent.append(subscription.endpoint)
+        if "slow" in subscription.endpoint:
+            await self.released.wait()
+        return PushAnswer()
+
+
+def test_a_push_service_that_is_slow_holds_up_only_its_own_notices(
+    fleet: FakeFleet, service: PushService
+) -> None:
+    slow, fast = "https://slow.example/", "https://fast.example/"
+    waits, first, second = (fleet.book("NN20", "C6") for _ in range(3))
+    want(fleet, waits, service, endpoint=slow + "1")
+    want(fleet, first, service, endpoint=fast + "1")
+    sender = SlowSender()
+    task = RideNotices(fleet.campus.transactions, sender, fleet.campus.clock)
+
+    def want_and_cancel() -> None:
+        want(fleet, second, service, endpoint=fast + "2")
+        cancel(second)
+
+    def cancel(ride: Ride) -> None:
+        fleet.campus.do(lambda uow: rides.cancel(uow, ride.ride_id, "operator"))
+
+    async def scenario() -> None:
+        await task.run_once()
+        assert sorted(sender.sent) == [fast + "1", slow + "1"]
+        await asyncio.to_thread(want_and_cancel)
+        await task.run_once()
+        assert sender.sent[2:] == [fast + "2"], "the slow one is not asked twice meanwhile"
+        sender.released.set()
+        await task.run_once()
+        await task.end()
+
+    cancel(waits)
+    cancel(first)
+    asyncio.run(scenario())
+    assert (len(sender.sent), kept(fleet)) == (3, 0)

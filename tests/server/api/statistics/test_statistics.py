@@ -39,7 +39,7 @@ def test_who_counts_no_more_events_says_so(server: ServerUnderTest, monkeypatch:
 
     server.transact(take_over)
     server.sign_in()
-    for events_max, is_cut in ((4, False), (2, True)):
+    for events_max, is_cut in ((4, False), (3, False), (2, True)):
         monkeypatch.setattr(routes, "EVENTS_MAX", events_max)
         answer = server.get("/statistics/driving", params={"from_ms": FROM_MS})
         figures = msgspec.json.decode(answer.content, type=DrivingFigures)
