@@ -15,9 +15,9 @@ from campusloop.operations.examination import examine
 from campusloop.operations.finding import Finding
 from campusloop.operations.machine import EARLIEST, wrong_packages
 from campusloop.operations.network import readiness
+from server.push_key_file import push_identity_of
 from server.store.engine import open_engine
 from server.store.tables import server_events
-from server.push_key_file import push_identity_of
 from server.ticket_key_file import ticket_keys_of
 from tests.campusloop.live.live_server import live_server
 from tests.server.store.backups.writing_campus import a_database, set_revision
