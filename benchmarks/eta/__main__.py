@@ -14,6 +14,7 @@ is compared with that. So are the ranges of arrivals that parties aboard are sho
     eta_width_s            mean width; eta_width_near_s: in the last 10 minutes
     eta_inside_tuned_pct   as the first, on the seeds that the table was tuned on
     eta_arrival_inside_pct, eta_arrival_width_s, eta_arrival_inside_tuned_pct  the same of arrivals
+    eta_waiting_arrival_inside_pct, _first_pct, _width_s, _tuned_pct  of arrivals, shown to parties that wait
 """
 
 import argparse
@@ -52,7 +53,9 @@ def main() -> None:
     rows += [_row(f"seed {seed}, arrivals", run.arrivals) for seed, run in runs.items()]
     others = [one for run in held_out.values() for one in run.ranges]
     arrivals = [one for run in held_out.values() for one in run.arrivals]
+    rows += [_row(f"seed {seed}, arrivals of who waits", run.waiting) for seed, run in runs.items()]
     rows += [_row(f"held out, {name}", [r for r in others if r.standing == name]) for name in _STANDINGS]
+    waiting = [one for run in held_out.values() for one in run.waiting]
     near = [one for one in others if one.ahead_s <= _NEAR_S]
     summary: Row = {
         "eta_inside_pct": inside_pct(others),
@@ -64,6 +67,10 @@ def main() -> None:
         "eta_arrival_inside_pct": inside_pct(arrivals),
         "eta_arrival_width_s": _width_s(arrivals),
         "eta_arrival_inside_tuned_pct": inside_pct([r for run in tuned.values() for r in run.arrivals]),
+        "eta_waiting_arrival_inside_pct": inside_pct(waiting),
+        "eta_waiting_arrival_first_pct": inside_pct(first_of_each(waiting)),
+        "eta_waiting_arrival_width_s": _width_s(waiting),
+        "eta_waiting_arrival_tuned_pct": inside_pct([r for run in tuned.values() for r in run.waiting]),
     }
     given = {"seeds": arguments.seeds, "held_out": arguments.held_out, "hours": arguments.hours}
     report.write(arguments.json, "eta", given, rows, summary)

@@ -45,23 +45,29 @@ class ShownRange:
 
 @dataclass(frozen=True, slots=True)
 class SimulatedHours:
-    """ranges: of pickups; arrivals: ranges of arrivals, shown to parties aboard
+    """ranges: of pickups; arrivals: ranges of arrivals, shown to parties aboard;
+    waiting: the same, shown to parties that wait
     violations: rules of the history that were broken meanwhile; `simulate-service` looks into them."""
 
     ranges: list[ShownRange]
     arrivals: list[ShownRange]
+    waiting: list[ShownRange]
     violations: list[str]
 
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """A range that was shown, before what came is known. promise: of a pickup, None for an arrival."""
+    """A range that was shown, before what came is known. promise: of a pickup, None for an arrival.
+
+    is_waiting  the range of an arrival was shown to a party that waits
+    """
 
     ride_id: str
     at: datetime
     eta: datetime
     promise: Promise | None
     shown: ExpectedRange
+    is_waiting: bool = False
 
 
 @dataclass
@@ -86,7 +92,8 @@ class _Watch:
         if told.pickup is not None and ride.promise is not None and ride.pickup_eta is not None:
             self.asked.append(_Asked(ride.ride_id, uow.now, ride.pickup_eta, ride.promise, told.pickup))
         if told.arrival is not None and ride.arrival_eta is not None:
-            self.asked.append(_Asked(ride.ride_id, uow.now, ride.arrival_eta, None, told.arrival))
+            waits = ride.state is RideState.ASSIGNED
+            self.asked.append(_Asked(ride.ride_id, uow.now, ride.arrival_eta, None, told.arrival, waits))
 
 
 def shown_ranges(road_map: RoadMap, folder: Path, seed: int, hours: float) -> SimulatedHours:
@@ -102,7 +109,15 @@ def shown_ranges(road_map: RoadMap, folder: Path, seed: int, hours: float) -> Si
         came_s[fact.what].setdefault(fact.ride_id, fact.at_s)
     broken = [f"{one.rule} {one.subject}: {one.text}" for one in result.violations]
     pickups = list(_with_pickups(watch.asked, came_s["boarded"], begins))
-    return SimulatedHours(pickups, list(_with_arrivals(watch.asked, came_s["alighted"], begins)), broken)
+    aboard, waiting = (
+        list(
+            _with_arrivals(
+                [one for one in watch.asked if one.is_waiting == is_waiting], came_s["alighted"], begins
+            )
+        )
+        for is_waiting in (False, True)
+    )
+    return SimulatedHours(pickups, aboard, waiting, broken)
 
 
 def _with_pickups(asked: list[_Asked], boarded_s: dict[str, float], begins: datetime) -> Iterator[ShownRange]:

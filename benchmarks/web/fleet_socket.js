@@ -17,6 +17,8 @@
     async begin() {
       const map = await (await fetch("/api/v1/campus/map")).json();
       const messages = messagesOf(map);
+      this.deltas = messages.deltas;
+      window.__fleet_socket = this;
       this.onopen?.();
       this.say(JSON.stringify(snapshotOf(map, messages.first)));
       let number = 0;
@@ -24,6 +26,17 @@
         number = (number + 1) % messages.deltas.length;
         this.say(messages.deltas[number].replace('"AT_MS"', String(Date.now())));
       }, 1000 / hz);
+    }
+
+    // So many messages, as fast as the page takes them, each 1/hz later than the one before by its own time.
+    async play(count, at_once) {
+      clearInterval(this.timer);
+      this.at_ms ??= Date.now();
+      for (let number = 0; number < count; number += 1) {
+        this.at_ms += 1000 / hz;
+        this.say(this.deltas[number % this.deltas.length].replace('"AT_MS"', String(this.at_ms)));
+        if (number % at_once === 0) await new Promise((resolve) => setTimeout(resolve));
+      }
     }
 
     say(data) {

@@ -110,7 +110,7 @@ class RideScene(msgspec.Struct, frozen=True):
     """One ride that has not ended yet, or has ended a moment ago.
 
     pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
-    arrival_earliest_ms, arrival_latest_ms  0 unless the party is aboard, and while no time can be told
+    arrival_earliest_ms, arrival_latest_ms  0 while it has no shuttle, gets on, or no time can be told
     seats_left  free seats of its shuttle beside the party; None while not known
     """
 

@@ -158,8 +158,8 @@ class RideView(BaseModel):
     arrival_eta: datetime | None
     arrival_earliest: datetime | None = Field(
         None,
-        description="The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is "
-        "aboard, and while its shuttle stands or is out of reach.",
+        description="The party arrives between this and arrival_latest in 9 of 10 cases, from the booking "
+        "on. Null while it has no shuttle or gets on, and while its shuttle stands or is out of reach.",
     )
     arrival_latest: datetime | None = None
     boarded_at: datetime | None

@@ -34,6 +34,11 @@ _PER_STOP_S, _STOPS_MAX = 30.0, 3
 _DRIVEN_RATIO_MIN, _DRIVEN_RATIO_MIN_WITH_STOPS = 0.58, 0.4
 # How much later than planned the party may arrive, beside _ARRIVAL_PER_STOP_S for each stop before.
 _ARRIVAL_LATE_S, _ARRIVAL_PER_STOP_S = 15.0, 20.0
+# Before the party has boarded. A shuttle comes early, drives fast and leaves out stops: of the time to the
+# pickup and of the ride it may need so little, less these seconds. At most it needs the wait as planned and
+# this part of the ride, and some seconds for what holds it up.
+_WAIT_RATIO_MIN, _RIDE_RATIO_MIN, _RIDE_RATIO_MIN_WITH_STOPS, _RIDE_EARLY_S = 0.5, 0.45, 0.35, 120.0
+_RIDE_RATIO_MAX, _RIDE_LATE_S = 0.8, 120.0
 # Both ends are rounded outwards, so that they do not move with every second.
 _STEP_S = 30.0
 
@@ -91,6 +96,30 @@ def arrival_range(now: datetime, arrival: PlannedArrival) -> ExpectedRange:
     late_s = _ARRIVAL_LATE_S + _ARRIVAL_PER_STOP_S * min(arrival.stops_before, _STOPS_MAX)
     earliest = max(now, _rounded(now + ratio * (eta - now), up=False))
     return ExpectedRange(earliest, _rounded(eta + timedelta(seconds=late_s), up=True))
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRide:
+    """Of a party that waits.
+
+    eta  when it arrives as planned now; pickup: when it is picked up, which is before that
+    stops_between  stops that the shuttle makes on the ride, while the party is aboard
+    """
+
+    pickup: PlannedPickup
+    eta: datetime
+    stops_between: int
+
+
+def waiting_arrival_range(now: datetime, ride: PlannedRide) -> ExpectedRange:
+    """The range of an arrival before the party has boarded; earliest <= latest, neither in the past."""
+    boards = max(ride.pickup.eta, now)
+    wait, drive = boards - now, max(ride.eta - boards, timedelta(0))
+    ratio = _RIDE_RATIO_MIN_WITH_STOPS if ride.stops_between else _RIDE_RATIO_MIN
+    earliest = now + _WAIT_RATIO_MIN * wait + ratio * drive - timedelta(seconds=_RIDE_EARLY_S)
+    earliest = max(now, _rounded(earliest, up=False))
+    latest = boards + _RIDE_RATIO_MAX * drive + timedelta(seconds=_RIDE_LATE_S)
+    return ExpectedRange(earliest, max(earliest, _rounded(latest, up=True)))
 
 
 def standing_of(pickup: PlannedPickup) -> Standing:

@@ -9,11 +9,13 @@ from server.domain.planning.eta_ranges import (
     ExpectedRange,
     PlannedArrival,
     PlannedPickup,
+    PlannedRide,
     arrival_range,
     pickup_range,
+    waiting_arrival_range,
 )
 from server.domain.planning.outlooks import NO_OUTLOOK, RideOutlook
-from server.domain.planning.plans import Plan
+from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.rides.rides import Ride, RideState
 from server.domain.service.timetable import Departure
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -111,7 +113,7 @@ def _outlook(uow: UnitOfWork, fleet: _Fleet, ride: Ride) -> RideOutlook:
     can_tell = vehicle.connected and not vehicle.held
     return RideOutlook(
         pickup=_pickup(uow, plan, ride) if can_tell and ride.state is RideState.ASSIGNED else None,
-        arrival=_arrival(uow, plan, ride) if can_tell and ride.state is RideState.ABOARD else None,
+        arrival=_arrival(uow, plan, ride) if can_tell else None,
         seats_left=_seats_left(fleet, plan, ride, vehicle.seats),
         vehicle_name=vehicle.name,
     )
@@ -130,7 +132,22 @@ def _arrival(uow: UnitOfWork, plan: Plan, ride: Ride) -> ExpectedRange | None:
     number = next((i for i, visit in enumerate(stops) if ride.ride_id in visit.alight), None)
     if number is None or ride.arrival_eta is None:
         return None
+    if ride.state is RideState.ASSIGNED:
+        return _arrival_of_waiting(uow, stops, ride, number)
+    if ride.state is not RideState.ABOARD:
+        return None
     return arrival_range(uow.now, PlannedArrival(ride.arrival_eta, number))
+
+
+def _arrival_of_waiting(
+    uow: UnitOfWork, stops: Sequence[PlannedVisit], ride: Ride, number: int
+) -> ExpectedRange | None:
+    """number: of the stop at which it gets off"""
+    boards = next((i for i, visit in enumerate(stops) if ride.ride_id in visit.board), None)
+    if boards is None or ride.pickup_eta is None or ride.promise is None or ride.arrival_eta is None:
+        return None
+    pickup = PlannedPickup(ride.pickup_eta, ride.promise.pickup_from, boards)
+    return waiting_arrival_range(uow.now, PlannedRide(pickup, ride.arrival_eta, number - boards - 1))
 
 
 def _seats_left(fleet: _Fleet, plan: Plan, ride: Ride, seats: int) -> int | None:

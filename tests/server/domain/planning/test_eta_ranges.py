@@ -8,9 +8,11 @@ from server.domain.planning.eta_ranges import (
     ExpectedRange,
     PlannedArrival,
     PlannedPickup,
+    PlannedRide,
     arrival_range,
     pickup_range,
     standing_of,
+    waiting_arrival_range,
 )
 
 NOW = datetime(2026, 9, 1, 8, 0, 10, tzinfo=UTC)
@@ -89,3 +91,25 @@ def test_an_arrival_after_other_stops_is_less_certain() -> None:
 
 def test_an_arrival_that_is_overdue_lies_ahead() -> None:
     assert arriving(-120).earliest == NOW < arriving(-120).latest
+
+
+def waiting(pickup_s: float, ride_s: float, stops: int = 0) -> ExpectedRange:
+    pickup = PlannedPickup(after(pickup_s), after(pickup_s), 0)
+    return waiting_arrival_range(NOW, PlannedRide(pickup, after(pickup_s + ride_s), stops))
+
+
+def test_the_arrival_of_a_party_that_waits_is_after_the_earliest_drive_and_before_the_planned_one() -> None:
+    found = waiting(600.0, 600.0)
+    assert after(1200.0) <= found.latest <= after(1230.0)
+    assert found.earliest > after(300.0)
+    assert all(end.second % 30 == 0 for end in (found.earliest, found.latest))
+
+
+def test_the_arrival_is_less_certain_far_ahead_and_with_stops_on_the_way() -> None:
+    assert width_s(waiting(60.0, 600.0)) < width_s(waiting(1800.0, 600.0))
+    assert width_s(waiting(600.0, 600.0)) < width_s(waiting(600.0, 600.0, stops=2))
+
+
+def test_an_arrival_of_a_party_that_waits_for_an_overdue_shuttle_lies_ahead() -> None:
+    found = waiting(-300.0, 100.0)
+    assert NOW <= found.earliest <= found.latest

@@ -68,12 +68,17 @@ def test_seats_are_counted_while_the_party_rides_and_no_longer(driven_fleet: Fak
     assert outlook(fleet, ride) == RideOutlook(vehicle_name=ride.vehicle_id or "")
 
 
-def test_no_arrival_is_told_while_the_party_waits_or_its_shuttle_is_out_of_reach(
+def test_an_arrival_is_told_from_the_booking_on_but_not_while_the_shuttle_is_out_of_reach(
     driven_fleet: FakeFleet,
 ) -> None:
     fleet = driven_fleet
     ride = fleet.book("NN20", "C6")
-    assert outlook(fleet, ride).arrival is None
+    told = outlook(fleet, ride)
+    assert told.pickup is not None
+    assert told.arrival is not None
+    assert told.pickup.earliest < told.arrival.earliest < told.arrival.latest
+    assert ride.promise is not None
+    assert told.arrival.latest <= ride.promise.arrive_by
     fleet.run_until(lambda: fleet.ride(ride.ride_id).state is RideState.ABOARD)
     next(one for one in fleet.shuttles if one.vehicle_id == ride.vehicle_id).disconnect()
     assert outlook(fleet, ride).arrival is None

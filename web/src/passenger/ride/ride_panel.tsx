@@ -14,7 +14,7 @@ import { DestinationChange } from "./destination_change";
 import { RideActions } from "./ride_actions";
 import { FeedbackForm } from "./feedback_form";
 import { canWait, FreeShuttle } from "./free_shuttle";
-import type { RideProgress } from "./ride_progress";
+import { arrivalOfWaiting, factsOf, type RideProgress } from "./ride_progress";
 import { announcedText, delayText, detailText, titleWithTime, vehicleName } from "./ride_texts";
 import type { RideTracker, Ticket } from "./ride_tracker";
 import { TicketCard } from "./ticket_card";
@@ -66,6 +66,7 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
           to={stopNameById(campus.stops, ticket.to_stop, language.value)}
           view={campus.view}
           ended={progress.ended}
+          arrival={arrivalOfWaiting(factsOf(ticket, ride.live.value))}
         />
       )}
       {progress.phase === "refused" && canWait(ticket, campus.view.wheelchairs_max) && (

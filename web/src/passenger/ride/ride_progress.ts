@@ -81,6 +81,15 @@ export function factsOf(ticket: Ride, live: RideScene | null): RideFacts {
   };
 }
 
+/** When a party that waits will arrive; null while no time can be told, and once it is on board. */
+export function arrivalOfWaiting(
+  facts: RideFacts,
+): { readonly earliest_ms: number; readonly latest_ms: number } | null {
+  const { state, arrival_earliest_ms: earliest_ms, arrival_latest_ms: latest_ms } = facts;
+  if (state !== "assigned" || earliest_ms === null || latest_ms === null) return null;
+  return { earliest_ms, latest_ms };
+}
+
 function time(timestamp: string | null | undefined): number | null {
   return timestamp == null ? null : Date.parse(timestamp);
 }

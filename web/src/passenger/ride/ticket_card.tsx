@@ -13,6 +13,13 @@ interface TicketCardProps {
   readonly ended: boolean;
   /** Free seats beside the party; null or left out while not known. */
   readonly seats_left?: number | null | undefined;
+  /** When a party that waits will arrive; null once it is on board, where the title says so. */
+  readonly arrival?: ArrivalRange | null;
+}
+
+export interface ArrivalRange {
+  readonly earliest_ms: number;
+  readonly latest_ms: number;
 }
 
 /** A ride's stops, times, shuttle and codes. */
@@ -24,10 +31,11 @@ export function TicketCard({
   view,
   ended,
   seats_left,
+  arrival,
 }: TicketCardProps) {
   const t = texts.value;
   const { promise } = ticket;
-  const time = (timestamp: string, known_day = ticket.requested_at) =>
+  const time = (timestamp: string | number, known_day = ticket.requested_at) =>
     formatTimeOrDateTime(timestamp, known_day, language.value, view.timezone);
   return (
     <article class={`ticket card ${ended ? "ended" : ""}`}>
@@ -56,6 +64,14 @@ export function TicketCard({
           </dt>
           <dd>
             {to}
+            {arrival != null && promise !== null && (
+              <small data-expected-arrival>
+                {t.expected_arrival(
+                  time(arrival.earliest_ms, promise.pickup_from),
+                  time(arrival.latest_ms, promise.pickup_from),
+                )}
+              </small>
+            )}
             {promise !== null && (
               <small>{t.arrive_by(time(promise.arrive_by, promise.pickup_from))}</small>
             )}

@@ -117,6 +117,7 @@ export const en = {
   boarding_code: "Boarding code",
   boarding_code_hint: "Enter it on the screen in the shuttle, or tap “I’m on board” here.",
   pickup_window: (from: string, to: string) => `Pickup between ${from} and ${to}`,
+  expected_arrival: (from: string, to: string) => `Expected between ${from} and ${to}`,
   arrive_by: (time: string) => `Arrival by ${time} at the latest`,
   party: (people: number) => (people === 1 ? "1 person" : `${people} people`),
   party_wheelchairs: (chairs: number) => (chairs === 1 ? "1 wheelchair" : `${chairs} wheelchairs`),

@@ -116,6 +116,7 @@ export const zh: PassengerTexts = {
   boarding_code: "上车码",
   boarding_code_hint: "上车后在车内屏幕输入，或点按“我已上车”。",
   pickup_window: (from, to) => `${from}–${to} 之间上车`,
+  expected_arrival: (from, to) => `预计 ${from} 至 ${to} 到达`,
   arrive_by: (time) => `最迟 ${time} 到达`,
   party: (people) => `${people} 人`,
   party_wheelchairs: (chairs) => `${chairs} 个轮椅位`,

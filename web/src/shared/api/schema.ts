@@ -5058,7 +5058,7 @@ export interface components {
             arrival_eta: string | null;
             /**
              * Arrival Earliest
-             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases, from the booking on. Null while it has no shuttle or gets on, and while its shuttle stands or is out of reach.
              */
             arrival_earliest?: string | null;
             /** Arrival Latest */
@@ -5155,7 +5155,7 @@ export interface components {
          * @description One ride that has not ended yet, or has ended a moment ago.
          *
          *         pickup_earliest_ms, pickup_latest_ms  0 while no time can be promised
-         *         arrival_earliest_ms, arrival_latest_ms  0 unless the party is aboard, and while no time can be told
+         *         arrival_earliest_ms, arrival_latest_ms  0 while it has no shuttle, gets on, or no time can be told
          *         seats_left  free seats of its shuttle beside the party; None while not known
          */
         RideScene: {
@@ -5285,7 +5285,7 @@ export interface components {
             arrival_eta: string | null;
             /**
              * Arrival Earliest
-             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases, from the booking on. Null while it has no shuttle or gets on, and while its shuttle stands or is out of reach.
              */
             arrival_earliest?: string | null;
             /** Arrival Latest */
@@ -5432,7 +5432,7 @@ export interface components {
             arrival_eta: string | null;
             /**
              * Arrival Earliest
-             * @description The party arrives between this and arrival_latest in 9 of 10 cases. Null unless it is aboard, and while its shuttle stands or is out of reach.
+             * @description The party arrives between this and arrival_latest in 9 of 10 cases, from the booking on. Null while it has no shuttle or gets on, and while its shuttle stands or is out of reach.
              */
             arrival_earliest?: string | null;
             /** Arrival Latest */
