@@ -339,9 +339,10 @@ class Link:
                 self._ports.spans.add(rides, "order.sent", begun_ns, self._now_ns(), **fields)
 
     def _waiting_messages(self, uow: UnitOfWork) -> tuple[outbox.Outbox, MapPublished | None]:
-        published = None
-        if self.session.protocol >= MAPS_SINCE_PROTOCOL:
-            published = map_changes.announcement(uow, self.vehicle_id, self._sent.announced)
+        published = map_changes.announcement(uow, self.vehicle_id, self._sent.announced)
+        if published is not None and self.session.protocol < MAPS_SINCE_PROTOCOL:
+            map_changes.note_old_agent(uow, self.vehicle_id)
+            published = None
         return outbox.outbox_of(uow, self.vehicle_id), published
 
     # ---------------------------------------------------------------- waiting, and the end

@@ -1,5 +1,6 @@
 """The port `MapWorkshop` of the use cases, over the importers."""
 
+from functools import lru_cache
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -24,7 +25,7 @@ class RoadMapWorkshop:
         return replace(report.map, campus_id=campus_id), (*report.repairs, *report.dropped)
 
     def completed(self, road_map: RoadMap) -> RoadMap:
-        return draft_of(road_map).map
+        return _completed(road_map)
 
     def exported(self, road_map: RoadMap, kind: ExportFormat) -> bytes:
         return EXPORTS[kind](road_map)
@@ -34,3 +35,9 @@ class RoadMapWorkshop:
 
     def mended(self, road_map: RoadMap, code: str, where: str) -> RoadMap:
         return mended(road_map, code, where)
+
+
+@lru_cache(maxsize=1)
+def _completed(road_map: RoadMap) -> RoadMap:
+    """Takes seconds. The map that was checked last is the one that is published or drawn next."""
+    return draft_of(road_map).map

@@ -24,6 +24,8 @@ from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.record.server_events import record_event
 
+OLD_AGENT = "old_agent"
+
 
 @dataclass(frozen=True, slots=True)
 class _Shuttle:
@@ -92,8 +94,21 @@ def change_failed(uow: UnitOfWork, vehicle: Vehicle, event: MapChangeFailed) -> 
     record_event(uow, "vehicle.map_change_failed", vehicle_id, vehicle_id, f"{event.map_version} {cause}")
     if event.map_version != uow.maps.active_version() or vehicle.map_version == event.map_version:
         return  # another map has been published since, or the vehicle has succeeded
+    _save_failure(uow, vehicle, event.code, cause)
+
+
+def note_old_agent(uow: UnitOfWork, vehicle_id: str) -> None:
+    """The vehicle drives by another map and its software cannot fetch one. Raises VehicleUnknown."""
+    vehicle = enrolled_vehicle(uow, vehicle_id)
+    if vehicle.map_failure != OLD_AGENT:
+        cause = "its software cannot download maps: update it, or give it the map by hand"
+        _save_failure(uow, vehicle, OLD_AGENT, cause)
+
+
+def _save_failure(uow: UnitOfWork, vehicle: Vehicle, code: str, cause: str) -> None:
+    vehicle_id = vehicle.vehicle_id
     open_incident(uow, IncidentKind.MAP_NOT_CHANGED, vehicle_id, cause, vehicle_id=vehicle_id)
-    uow.vehicles.save(with_availability(uow, replace(vehicle, map_failure=event.code)))
+    uow.vehicles.save(with_availability(uow, replace(vehicle, map_failure=code)))
     uow.publish(topics.dispatch(uow.campus_id))
 
 

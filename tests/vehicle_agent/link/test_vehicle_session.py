@@ -14,6 +14,7 @@ from contract.wire.messages import (
     EventsAcknowledged,
     Goodbye,
     Hello,
+    MapPublished,
     Message,
     OrderProgress,
     Presence,
@@ -254,3 +255,15 @@ def test_an_acknowledgement_of_nothing_new_right_after_sending_has_only_crossed_
     session.take_outgoing()
     session.received(encode(EventsAcknowledged(4, "boot-1", 1)), 3 * S + REPEAT_AFTER_NS - 1)
     assert sent(session) == []
+
+
+def test_a_published_map_is_for_the_link_and_not_for_the_tick() -> None:
+    session = opened()
+    session.take_messages()
+    published = MapPublished(4, "map-2", 64 * "a", 10)
+    session.received(encode(published), 2 * S)
+    assert session.take_messages() == []
+    assert session.take_published_map() == published
+    assert session.take_published_map() is None
+    session.received(encode(MapPublished(3, "map-3", 64 * "a", 10)), 2 * S)
+    assert session.take_published_map() is None, "of a session that was replaced"

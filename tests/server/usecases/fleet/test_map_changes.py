@@ -148,3 +148,17 @@ def test_a_roll_back_ends_the_failure_and_is_announced_to_who_may_be_on_its_way(
     assert told.map_version == before
     shuttle.say(MapChangeFailed(version, "not_downloaded", "late"))
     assert campus.read(lambda uow: uow.views.incidents()) == (), "of a map that is not in force any more"
+
+
+def test_an_agent_that_cannot_fetch_maps_gets_no_rides_until_somebody_gave_it_the_map(
+    fleet: FakeFleet,
+) -> None:
+    campus, shuttle, after = fleet.campus, fleet.shuttles[0], renamed(fleet)
+    publish(fleet, after)
+    for _ in range(2):
+        campus.do(lambda uow: map_changes.note_old_agent(uow, shuttle.vehicle_id))
+    assert not campus.read(lambda uow: uow.vehicles.get(shuttle.vehicle_id)).accepts_rides
+    (incident,) = campus.read(lambda uow: uow.views.incidents())
+    assert "update it" in incident.cause
+    change_over(shuttle, after)
+    assert campus.read(lambda uow: uow.vehicles.get(shuttle.vehicle_id)).map_failure == ""
