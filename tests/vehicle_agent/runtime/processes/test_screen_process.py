@@ -1,6 +1,7 @@
 """The onboard screen's server: who gets in, what passes to the tick, and what a screen is told."""
 
 import asyncio
+import itertools
 import json
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -13,7 +14,7 @@ from websockets.exceptions import InvalidStatus
 from contract.wire.messages import CodeRefused
 from tests.vehicle_agent.onboard.cabin_views import a_cabin_view
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.mailbox import CabinUpdate, Deliveries, Mailbox
+from vehicle_agent.runtime.processes.mailbox import CabinUpdate, Deliveries, Mailbox, MapAnswer
 from vehicle_agent.runtime.processes.screen_process import CLIENTS_MAX, ScreenProcess
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile
 from vehicle_agent.runtime.screen.screen_requests import CODES_MAX
@@ -34,7 +35,7 @@ class Screen:
         self._box = Mailbox(folder / "sender")
         self._folder = folder
 
-    def post(self, update: CabinUpdate) -> None:
+    def post(self, update: CabinUpdate | MapAnswer) -> None:
         assert self._box.post(self._folder / "screen", update)
 
     def connect(self, origin: str | None = None):  # type: ignore[no-untyped-def]
@@ -57,9 +58,14 @@ class Screen:
 def with_screen(tmp_path: Path, port: int, work: Callable[[Screen], Awaitable[None]]) -> None:
     async def run() -> None:
         screen = Screen(tmp_path, port)
-        files = {PAGE: ScreenFile(b"<!doctype html>", "text/html; charset=utf-8", "no-cache")}
+        reads = itertools.count(1)
+
+        def read_files() -> dict[str, ScreenFile]:
+            body = f"<!doctype html>{next(reads)}".encode()
+            return {PAGE: ScreenFile(body, "text/html; charset=utf-8", "no-cache")}
+
         settings = ScreenSettings(listen=f"127.0.0.1:{port}")
-        process = ScreenProcess(tmp_path, "s1", 6, settings, files, MONOTONIC.open("screen"))
+        process = ScreenProcess(tmp_path, "s1", 6, settings, read_files, MONOTONIC.open("screen"))
         stop = asyncio.Event()
         running = asyncio.create_task(process.run(stop))
         try:
@@ -181,3 +187,19 @@ def unused_port() -> int:
         probe.bind(("127.0.0.1", 0))
         port: int = probe.getsockname()[1]
         return port
+
+
+def test_when_the_vehicle_drives_by_another_map_screens_are_sent_to_fetch_it(
+    tmp_path: Path, unused_port: int
+) -> None:
+    async def work(screen: Screen) -> None:
+        async with httpx.AsyncClient(base_url=screen.origin) as http, screen.connect() as socket:
+            assert (await http.get(PAGE)).text.endswith("1")
+            screen.post(MapAnswer("refused", "off_the_lanes"))
+            screen.post(MapAnswer("another"))
+            async with asyncio.timeout(5):
+                await socket.wait_closed()
+            assert socket.close_code == 1012
+            assert (await http.get(PAGE)).text.endswith("2")
+
+    with_screen(tmp_path, unused_port, work)
