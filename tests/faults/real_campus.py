@@ -92,7 +92,7 @@ class RealCampus:
             assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
             await self.keep_going()
             await asyncio.sleep(0.5)
-        assert journey.state == state, (journey.history, journey.reason, self._logs())
+        assert journey.state == state, (journey.history, journey.reason, self.logs())
 
     def kill(self, name: str) -> int:
         """SIGKILL; returns the pid that was killed."""
