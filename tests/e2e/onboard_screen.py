@@ -69,7 +69,7 @@ class OnboardScreen:
         settings = ScreenSettings(listen=f"127.0.0.1:{self._port}")
         files = read_screen_files(ROOT / "web" / "dist", VEHICLE, encode_screen_map(load_map(CAMPUS_MAP)))
         clock = MONOTONIC.open("screen")
-        process = ScreenProcess(self._folder, VEHICLE, SEATS, settings, files, clock)
+        process = ScreenProcess(self._folder, VEHICLE, SEATS, settings, lambda: files, clock)
         self._sender = Mailbox(self._folder / "sender")
         self._stop = asyncio.Event()
         views = asyncio.create_task(self._report())
