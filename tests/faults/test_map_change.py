@@ -17,6 +17,8 @@ from vehicle_agent.stacks.choice import build_car
 
 pytestmark = pytest.mark.faults
 API = "/api/v1"
+# A machine that does other work as well makes the gate brake now and then, and the operator resume.
+WITHIN_S = 420.0
 
 
 def drawn_ring() -> RoadMap:
@@ -57,13 +59,13 @@ def test_a_shuttle_changes_over_in_the_middle_of_a_ride_and_back_again(tmp_path:
             await real.until_state(journey, "aboard")
             version = await published(real, "New name")
             await drives_by(real, version)
-            await real.until_state(journey, "completed")
+            await real.until_state(journey, "completed", WITHIN_S)
             headers = real.campus.operator.headers
             back = await real.campus.client.post(f"{API}/maps/{first}/activations", headers=headers)
             assert back.status_code == 200, back.text
             await drives_by(real, first)
             again = real.request_ride()
-            await real.until_state(again, "completed")
+            await real.until_state(again, "completed", WITHIN_S)
         segments = sorted((tmp_path / "campus" / "vehicles").rglob("*.mcap"))
         assert {open_segment(path).header.map_version for path in segments} == {first, version}
         for segment in segments:
