@@ -17,6 +17,7 @@ from contract.runlog.records import (
     LOCATION_TOPIC,
     MAP_ATTACHMENT,
     MAP_TOPIC,
+    MARK_TOPIC,
     OBSTACLE_TOPIC,
     POSE_TOPIC,
     PROFILE_ATTACHMENT,
@@ -39,6 +40,7 @@ JSON_TOPICS = {
     OBSTACLE_TOPIC: "foxglove.PointCloud",
     SCENE_TOPIC: "foxglove.SceneUpdate",
     MAP_TOPIC: "foxglove.SceneUpdate",
+    MARK_TOPIC: "foxglove.Log",
 }
 
 

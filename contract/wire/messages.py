@@ -10,7 +10,7 @@ import them from here.
 """
 
 from contract.wire.base import Message
-from contract.wire.commands import Command, PassengerTap
+from contract.wire.commands import LATER_KINDS, Command, CommandKind, PassengerTap
 from contract.wire.events import (
     Blocked,
     BoardedHow,
@@ -73,6 +73,7 @@ from contract.wire.status import (
 )
 
 __all__ = (
+    "LATER_KINDS",
     "OLDEST_PROTOCOL_VERSION",
     "PROTOCOL_VERSION",
     "AreaReport",
@@ -84,6 +85,7 @@ __all__ = (
     "CodeRefused",
     "Command",
     "CommandDone",
+    "CommandKind",
     "DestinationRequested",
     "DoorsChanged",
     "DriveMode",

@@ -19,6 +19,7 @@ from server.api.maps import uploads as map_uploads
 from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
+from server.api.recordings import routes as recordings
 from server.api.replays import routes as replays
 from server.api.rides import notices, records
 from server.api.rides import routes as rides
@@ -85,6 +86,7 @@ def bare_app(**options: Any) -> FastAPI:
         shift_log.router,
         segments.router,
         runs.router,
+        recordings.router,
         replays.router,
         statistics.router,
         tokens.router,

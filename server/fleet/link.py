@@ -327,7 +327,10 @@ class Link:
         if self.session.state != "open" or self._backlog.holds_back(self._now_ns()):
             return
         begun_ns = self._now_ns()
-        waiting = await self._ports.transactions.run(lambda uow: outbox.outbox_of(uow, self.vehicle_id))
+        understands = self.session.understands
+        waiting = await self._ports.transactions.run(
+            lambda uow: outbox.outbox_of(uow, self.vehicle_id, understands)
+        )
         for message in self._sent.choose(waiting, self._now_ns()):
             await self._perform_all(self.session.send(message))
             if self._ports.spans is not None and isinstance(message, Order):

@@ -61,13 +61,14 @@ class _Tagged(msgspec.Struct):
 class VehicleSession:
     """Takes frames and the answers to its own actions; every method returns the next actions."""
 
-    __slots__ = ("_hello", "_nonce", "_violation", "boot_id", "epoch", "state", "vehicle_id")
+    __slots__ = ("_hello", "_nonce", "_violation", "boot_id", "epoch", "state", "understands", "vehicle_id")
 
     def __init__(self, nonce: str) -> None:
         self.state: State = "challenged"
         self.vehicle_id = ""
         self.boot_id = ""
         self.epoch = 0
+        self.understands: tuple[str, ...] = ()
         self._nonce = nonce
         self._hello: Hello | HelloClaim | None = None
         self._violation = ""
@@ -152,6 +153,7 @@ class VehicleSession:
             return self.close(refusal.code, refusal.detail)
         self.state = "checking"
         self._hello, self.vehicle_id, self.boot_id = hello, hello.vehicle_id, hello.boot_id
+        self.understands = hello.understands if isinstance(hello, Hello) else ()
         return (FindKey(hello.vehicle_id),)
 
     def _open_received(self, message: VehicleMessage, server_ns: int) -> Actions:

@@ -34,10 +34,18 @@ MarkKind = Literal[
     "seat_button",
     "incident",
     "intervention",
+    "note",
+    "recording",
 ]
 # Of the events of vehicles and of the server that become marks.
 EVENT_KINDS = ("mode_changed", "blocked", "fault_raised", "seat_button_pressed")
 STOP_KINDS = ("visit_changed",)
+# What operators mark of a recording, with its name or their note.
+RECORDING_MARKS: dict[str, MarkKind] = {
+    "vehicle.mark": "note",
+    "vehicle.start_recording": "recording",
+    "vehicle.stop_recording": "recording",
+}
 INTERVENTIONS = (
     "vehicle.hold",
     "vehicle.resume",
@@ -48,6 +56,7 @@ INTERVENTIONS = (
     "vehicle.reassigned",
     "vehicle.sent",
     "vehicle.placed",
+    *RECORDING_MARKS,
 )
 # The gate says by such a fault why it brakes.
 BRAKING = "gate_braking_"
@@ -76,7 +85,10 @@ class FleetPositions(msgspec.Struct, frozen=True):
 
 
 class Mark(msgspec.Struct, frozen=True):
-    """Something that happened. detail: a stable code, e.g. of a fault; by: who did it."""
+    """Something that happened. detail: a stable code, e.g. of a fault; by: who did it.
+
+    text  an operator's note, or the name of a recording
+    """
 
     at_ms: int
     kind: MarkKind
@@ -85,6 +97,7 @@ class Mark(msgspec.Struct, frozen=True):
     ride_id: str = ""
     detail: str = ""
     by: str = ""
+    text: str = ""
 
 
 class PastVehicle(msgspec.Struct, frozen=True):
@@ -171,7 +184,15 @@ def marks(
         for one in incidents
     ]
     found += [
-        Mark(ms_of(one.happened_at), "intervention", one.subject, detail=one.name, by=one.by) for one in said
+        Mark(
+            ms_of(one.happened_at),
+            RECORDING_MARKS.get(one.name, "intervention"),
+            one.subject,
+            detail=one.name,
+            by=one.by,
+            text=one.detail if one.name in RECORDING_MARKS else "",
+        )
+        for one in said
     ]
     return sorted(found, key=lambda mark: (mark.at_ms, mark.vehicle_id, mark.kind, mark.detail))
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import (
+    LATER_KINDS,
     Command,
     CommandDone,
     DoorsChanged,
@@ -186,7 +187,7 @@ class ScriptedShuttle:
     def _obey(self, command: Command) -> None:
         if command.kind == "announce":
             self._spoken = command.text
-        else:
+        elif command.kind not in LATER_KINDS:
             self._mode = "autonomous" if command.kind == "resume" else "held"
             self._events.append(ModeChanged(self._mode, detail=command.kind))
         self._events.append(CommandDone(command.command_id, True))

@@ -11,6 +11,7 @@ import msgspec
 from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
+    LATER_KINDS,
     PROTOCOL_VERSION,
     Challenge,
     ClockProbe,
@@ -182,6 +183,7 @@ class VehicleSession:
             progress=self.progress,
             seats=identity.seats,
             wheelchair_places=identity.wheelchair_places,
+            understands=LATER_KINDS,
         )
         self._send(hello)
 

@@ -14,6 +14,8 @@ from server.api.campus.schemas import MapGeometry, map_geometry
 from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import SegmentStoreUnavailable, problems
+from server.api.recordings.schemas import RunMark
+from server.api.runs.marks import known_marks, run_marks
 from server.api.runs.schemas import RunView, run_view
 from server.api.runs.segments import fetched
 from server.api.security.access import READER_REFUSALS, Reader
@@ -99,6 +101,24 @@ async def get_run_scenes(
         return msgspec.json.encode(scenes)
 
     return Response(await services.offload.run(work), media_type="application/json")
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/marks",
+    operation_id="get_run_marks",
+    responses=problems(RunUnknown, SegmentStoreUnavailable, *READER_REFUSALS),
+)
+async def get_run_marks(
+    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: Reader
+) -> list[RunMark]:
+    """Operators' marks, and where recordings begin and end, in order of time.
+
+    Those of the files, and those that the server knows and no file has yet.
+    """
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = await _kept(services, run)
+    known = await services.transactions.read(lambda uow: known_marks(uow, run))
+    return await services.offload.run(lambda: run_marks(paths, known))
 
 
 @router.get(

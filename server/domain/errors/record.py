@@ -33,6 +33,24 @@ class AuditEntryUnknown(DomainError):
     code = "audit_entry_unknown"
 
 
+class RecordingUnknown(DomainError):
+    """No recording has this id."""
+
+    code = "recording_unknown"
+
+
+class RecordingUnderWay(DomainError):
+    """The vehicle has a recording that has not been stopped; stop it first."""
+
+    code = "recording_under_way"
+
+
+class RecordingOver(DomainError):
+    """The recording has been stopped already, or the vehicle refused it."""
+
+    code = "recording_over"
+
+
 class IncidentUnknown(DomainError):
     """No incident has this id."""
 

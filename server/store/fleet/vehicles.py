@@ -146,6 +146,16 @@ class SqlVehicleRepository(Repository):
         rows = self._connection.execute(_LAST_COMMANDS, named).all()
         return {row.vehicle_id: _command_from_row(row) for row in rows}
 
+    def marks(self, vehicle_id: str, since: datetime, until: datetime) -> tuple[VehicleCommand, ...]:
+        chosen = self._select(
+            tables.vehicle_commands,
+            _command.vehicle_id == vehicle_id,
+            _command.kind == "mark",
+            _command.made_at >= since,
+            _command.made_at < until,
+        )
+        return tuple(_command_from_row(row) for row in self._many(chosen.order_by(_command.made_at)))
+
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
         named = {"campus_id": self._campus_id, "vehicle_id": vehicle_id}
         rows = self._connection.execute(_PENDING_COMMANDS, named).all()

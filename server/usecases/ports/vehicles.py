@@ -60,6 +60,10 @@ class VehicleRepository(Protocol):
 
     def command(self, command_id: str) -> VehicleCommand | None: ...
 
+    def marks(self, vehicle_id: str, since: datetime, until: datetime) -> tuple[VehicleCommand, ...]:
+        """Commands that mark its recording, given in [since, until), oldest first."""
+        ...
+
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
         """Oldest first."""
         ...

@@ -59,6 +59,7 @@ test("thousands of marks take no more places than the timeline has", () => {
     ride_id: "",
     detail: "",
     by: "",
+    text: "",
   } as const;
   const marks = Array.from({ length: 20_000 }, (_, k) => ({ ...stop, at_ms: k }));
   const rows = markedBuckets(marks, 0, 19_999);
@@ -73,6 +74,7 @@ test("marks outside of what is shown are left out", () => {
     ride_id: "",
     detail: "",
     by: "",
+    text: "",
   } as const;
   expect(markedBuckets([{ ...stop, at_ms: 5 }], 10, 20)).toEqual([[], [], []]);
 });

@@ -7,7 +7,7 @@ export type MarkKind = Mark["kind"];
 /** Rows of the timeline: what was wrong, what people ordered, where shuttles stopped. */
 export const MARK_ROWS: readonly (readonly MarkKind[])[] = [
   ["takeover", "minimal_risk_stop", "braking", "blocked", "fault", "incident"],
-  ["intervention", "seat_button"],
+  ["intervention", "seat_button", "note", "recording"],
   ["stop"],
 ];
 
@@ -36,6 +36,7 @@ export function marksOfScenes(scenes: readonly Scene[]): readonly Mark[] {
         ride_id: "",
         detail: "",
         by: "",
+        text: "",
         ...rest,
       });
     if (status.doors_open && before?.doors_open !== true)

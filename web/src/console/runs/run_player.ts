@@ -4,7 +4,8 @@ import type { Problem, Result } from "../../shared/api/problem";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
 import { campusGeometry } from "../../shared/campus/campus_geometry";
 import type { Scene } from "../../shared/scene/scene";
-import { marksOfScenes } from "./marks";
+import { type Mark, marksOfScenes } from "./marks";
+import { inOrderOfTime, marksOfOperators } from "./operator_marks";
 import { sceneAt } from "./playback";
 import { PlaybackClock } from "./playback_clock";
 
@@ -25,7 +26,10 @@ export class RunPlayer {
     grows: this.loading.value,
   }));
   readonly scene = computed(() => sceneAt(this.scenes.value, this.clock.at_ms.value));
-  readonly marks = computed(() => marksOfScenes(this.scenes.value));
+  private readonly operator_marks = signal<readonly Mark[]>([]);
+  readonly marks = computed(() =>
+    inOrderOfTime(marksOfScenes(this.scenes.value), this.operator_marks.value),
+  );
 
   private closed = false;
 
@@ -36,6 +40,7 @@ export class RunPlayer {
     private waits_for_ms: number | null = null,
   ) {
     void this.loadMap();
+    void this.loadMarks();
     void this.load();
   }
 
@@ -71,6 +76,15 @@ export class RunPlayer {
     );
     if (result.ok) this.geometry.value = campusGeometry(result.value);
     else this.map_problem.value = result.problem;
+  }
+
+  private async loadMarks(): Promise<void> {
+    const path = { vehicle_id: this.vehicle_id, boot_id: this.boot_id };
+    const result = await resultOf(
+      api.GET("/api/v1/runs/{vehicle_id}/{boot_id}/marks", { params: { path } }),
+    );
+    if (result.ok) this.operator_marks.value = marksOfOperators(this.vehicle_id, result.value);
+    else this.problem.value = result.problem;
   }
 
   /** Loads the scenes in several requests; what is loaded can be played at once. */

@@ -48,6 +48,8 @@ export const replayEn = {
     seat_button: "the seat button was pressed",
     incident: "incident",
     intervention: "intervention",
+    note: "marked",
+    recording: "recording",
   } satisfies Record<Mark["kind"], string> as Record<Mark["kind"], string>,
   mark_interventions: {
     "vehicle.hold": "held",

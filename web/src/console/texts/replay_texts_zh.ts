@@ -46,6 +46,8 @@ export const replayZh: typeof replayEn = {
     seat_button: "有人按下座位按钮",
     incident: "事件",
     intervention: "调度操作",
+    note: "标记",
+    recording: "录制",
   },
   mark_interventions: {
     "vehicle.hold": "被暂停",

@@ -1954,6 +1954,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/marks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Marks
+         * @description Operators' marks, and where recordings begin and end, in order of time.
+         *
+         *     Those of the files, and those that the server knows and no file has yet.
+         */
+        get: operations["get_run_marks"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{vehicle_id}/{boot_id}/map": {
         parameters: {
             query?: never;
@@ -1968,6 +1990,88 @@ export interface paths {
         get: operations["get_run_map"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Recordings
+         * @description Newest first.
+         */
+        get: operations["list_recordings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/marks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Mark Recording
+         * @description Mark this moment in what the vehicle records, with a note.
+         *
+         *     A vehicle that is out of reach writes the mark into its file when it is back; `state` stays pending.
+         */
+        post: operations["mark_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/recordings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Recording
+         * @description Begin a recording with a name. The vehicle records always: this one begins with a file of its own.
+         */
+        post: operations["start_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/recordings/{recording_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Recording
+         * @description End it. Its last file ends here and is uploaded at once; the vehicle goes on recording.
+         */
+        post: operations["stop_recording"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2948,7 +3052,7 @@ export interface components {
         CommandScene: {
             command_id: string;
             /** @enum {unknown} */
-            kind: "announce" | "hold" | "resume" | "stop_now";
+            kind: "announce" | "hold" | "mark" | "resume" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
             /** @enum {unknown} */
             state: "done" | "failed" | "pending";
             detail: string;
@@ -2976,7 +3080,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "hold" | "resume" | "announce" | "stop_now";
+            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene";
             /** Text */
             text: string;
             /**
@@ -4075,11 +4179,13 @@ export interface components {
         /**
          * Mark
          * @description Something that happened. detail: a stable code, e.g. of a fault; by: who did it.
+         *
+         *         text  an operator's note, or the name of a recording
          */
         Mark: {
             at_ms: number;
             /** @enum {unknown} */
-            kind: "blocked" | "braking" | "fault" | "incident" | "intervention" | "minimal_risk_stop" | "seat_button" | "stop" | "takeover";
+            kind: "blocked" | "braking" | "fault" | "incident" | "intervention" | "minimal_risk_stop" | "note" | "recording" | "seat_button" | "stop" | "takeover";
             vehicle_id: string;
             /** @default  */
             stop_id: string;
@@ -4089,6 +4195,18 @@ export interface components {
             detail: string;
             /** @default  */
             by: string;
+            /** @default  */
+            text: string;
+        };
+        /**
+         * NewMark
+         * @example {
+         *       "note": "Braked for a shadow?"
+         *     }
+         */
+        NewMark: {
+            /** Note */
+            note: string;
         };
         /**
          * NewOperator
@@ -4121,6 +4239,16 @@ export interface components {
             password: string;
             /** New Password */
             new_password: string;
+        };
+        /**
+         * NewRecording
+         * @example {
+         *       "name": "Crossing at the library, rain"
+         *     }
+         */
+        NewRecording: {
+            /** Name */
+            name: string;
         };
         /**
          * NewSecondFactorView
@@ -4726,6 +4854,71 @@ export interface components {
              * @default
              */
             to_vehicle_id: string;
+        };
+        /**
+         * RecordingView
+         * @description A named span of what the vehicle records always. It begins and ends with a file of its own.
+         *
+         *     waiting, stopping: the vehicle has not answered yet; it may be out of reach. ended: not all of its files
+         *     have been uploaded; kept: all have.
+         * @example {
+         *       "recording_id": "command-9",
+         *       "command_id": "command-11",
+         *       "vehicle_id": "shuttle-1",
+         *       "name": "Crossing at the library, rain",
+         *       "state": "kept",
+         *       "detail": "",
+         *       "started_at": "2026-09-01T08:14:31Z",
+         *       "started_by": "ines",
+         *       "stopped_at": "2026-09-01T08:19:02Z",
+         *       "stopped_by": "ines",
+         *       "boot_id": "boot-7a1e",
+         *       "segments": []
+         *     }
+         */
+        RecordingView: {
+            /** Recording Id */
+            recording_id: string;
+            /**
+             * Command Id
+             * @description Of the newest command: the one that started or stopped it.
+             */
+            command_id: string;
+            /** Vehicle Id */
+            vehicle_id: string;
+            /** Name */
+            name: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "refused" | "running" | "stopping" | "ended" | "kept";
+            /**
+             * Detail
+             * @description The vehicle's reason when it refused; empty otherwise.
+             */
+            detail: string;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Started By */
+            started_by: string;
+            /** Stopped At */
+            stopped_at: string | null;
+            /** Stopped By */
+            stopped_by: string;
+            /**
+             * Boot Id
+             * @description Of the run in which it begins; empty until the vehicle has answered.
+             */
+            boot_id: string;
+            /**
+             * Segments
+             * @description Its files so far, in order.
+             */
+            segments: components["schemas"]["SegmentView"][];
         };
         /**
          * RecoveryCodes
@@ -5411,6 +5604,53 @@ export interface components {
              * @description Free seats of the shuttle beside the party, on the fullest part of the ride as planned.
              */
             seats_left?: number | null;
+        };
+        /**
+         * RunMark
+         * @description A mark of an operator in a run, or where a recording begins or ends.
+         *
+         *     The server knows of it at once. The vehicle writes it into the run's file when it hears of it.
+         * @example {
+         *       "mark_id": "command-12",
+         *       "kind": "mark",
+         *       "at_ms": 1788250502000,
+         *       "note": "Braked for a shadow?",
+         *       "by": "ines",
+         *       "state": "done",
+         *       "in_file": true
+         *     }
+         */
+        RunMark: {
+            /** Mark Id */
+            mark_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "mark" | "start_recording" | "stop_recording";
+            /**
+             * At Ms
+             * @description The marked moment, Unix time.
+             */
+            at_ms: number;
+            /** Note */
+            note: string;
+            /**
+             * By
+             * @description Empty if this server does not know the mark but from the file.
+             */
+            by: string;
+            /**
+             * State
+             * @description pending: the vehicle has not heard of it yet; it may be out of reach.
+             * @enum {string}
+             */
+            state: "pending" | "done" | "failed";
+            /**
+             * In File
+             * @description It is in a file that has been uploaded.
+             */
+            in_file: boolean;
         };
         /**
          * RunView
@@ -15578,6 +15818,83 @@ export interface operations {
             };
         };
     };
+    get_run_marks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunMark"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_run_map: {
         parameters: {
             query?: never;
@@ -15646,6 +15963,360 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_recordings: {
+        parameters: {
+            query?: {
+                vehicle_id?: string | null;
+                limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mark_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewMark"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    start_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewRecording"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
