@@ -34,6 +34,7 @@ from server.feeds.roads.workshop import RoadMapWorkshop
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
 from server.live.feed import SceneFeed
+from server.live.onboard_scenes import OnboardScenes
 from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import Dispatcher
 from server.loops.outages import OutageRecorder
@@ -193,6 +194,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             supervisor,
             settings.live_interval_s,
         ),
+        onboard=OnboardScenes(ports.campus_id, ports.clock, ports.bus),
         supervisor=supervisor,
         measurements=Measurements(ports.clock, hub, supervisor),
         access=AccessWatch(ports.campus_id, ports.clock, ports.bus, supervisor),
@@ -230,6 +232,8 @@ def _lifespan(services: Services, ports: Ports) -> Callable[[FastAPI], AbstractA
             stack.push_async_callback(ports.close)
             await services.feed.start()
             stack.push_async_callback(services.feed.close)
+            await services.onboard.reader.subscribe()
+            services.supervisor.start(services.onboard.reader)
             await services.access.start()
             await services.hub.start()
             stack.push_async_callback(services.hub.close)

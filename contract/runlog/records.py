@@ -23,6 +23,7 @@ OBSTACLE_TOPIC = "/perception/obstacles"
 SCENE_TOPIC = "/scene"
 MAP_TOPIC = "/map"
 MARK_TOPIC = "/mark"
+ONBOARD_TOPIC = "/onboard"
 
 STATE_ATTACHMENT = "onboard_state.msgpack"
 MAP_ATTACHMENT = "road_map.json.zst"

@@ -19,6 +19,7 @@ from contract.runlog.records import (
     MAP_TOPIC,
     MARK_TOPIC,
     OBSTACLE_TOPIC,
+    ONBOARD_TOPIC,
     POSE_TOPIC,
     PROFILE_ATTACHMENT,
     REPORT_TOPIC,
@@ -47,7 +48,7 @@ JSON_TOPICS = {
 def register_json_channels(writer: Writer) -> dict[str, int]:
     """The channels that viewers draw or show, all but the ticks, by topic."""
     channels: dict[str, int] = {}
-    for topic in (REPORT_TOPIC, EVENT_TOPIC):
+    for topic in (REPORT_TOPIC, EVENT_TOPIC, ONBOARD_TOPIC):
         schema = writer.register_schema(
             f"campusloop{topic.replace('/', '.')}", "jsonschema", b'{"type":"object"}'
         )

@@ -36,6 +36,7 @@ from contract.wire.events import (
     VisitChanged,
 )
 from contract.wire.infrastructure import Presence, PresenceRefused, PresenceReport
+from contract.wire.onboard_scene import LimitAhead, OnboardScene, PathTimes, PathTrack, RoomTime, TickTimes
 from contract.wire.orders import (
     Grants,
     Order,
@@ -102,13 +103,17 @@ __all__ = (
     "Headlights",
     "Hello",
     "HelpRequested",
+    "LimitAhead",
     "Message",
     "ModeChanged",
+    "OnboardScene",
     "Order",
     "OrderAccepted",
     "OrderProgress",
     "OrderRejected",
     "PassengerTap",
+    "PathTimes",
+    "PathTrack",
     "Presence",
     "PresenceRefused",
     "PresenceReport",
@@ -117,12 +122,14 @@ __all__ = (
     "RiderDidNotAlight",
     "RiderNoShow",
     "RiderTask",
+    "RoomTime",
     "SeatButtonPressed",
     "SectionGrant",
     "SectionReleased",
     "ServerMessage",
     "Status",
     "TapAnswered",
+    "TickTimes",
     "TrackReport",
     "TurnSignal",
     "VehicleEvent",
@@ -136,7 +143,7 @@ __all__ = (
     "signed_hello",
 )
 
-VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport
+VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport | OnboardScene
 ServerMessage = (
     Challenge
     | Welcome

@@ -25,6 +25,7 @@ from server.api.rides import notices, records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
 from server.api.runs import segments
+from server.api.scenes import routes as scenes
 from server.api.series import routes as series
 from server.api.service import routes as service
 from server.api.service import timetables
@@ -79,6 +80,7 @@ def bare_app(**options: Any) -> FastAPI:
         operators.router,
         audit.router,
         vehicles.router,
+        scenes.router,
         shifts.router,
         vehicles.enrolments,
         interventions.router,

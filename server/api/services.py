@@ -18,6 +18,7 @@ from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
 from server.live.feed import SceneFeed
+from server.live.onboard_scenes import OnboardScenes
 from server.settings import Settings
 from server.store.segments.segment_store import SegmentStore
 from server.supervision.supervisor import Supervisor
@@ -75,6 +76,7 @@ class Services:
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed
+    onboard: OnboardScenes
     supervisor: Supervisor
     access: AccessWatch
     measurements: Measurements

@@ -14,7 +14,7 @@ import structlog
 
 from contract.tracing import RideSpans
 from contract.wire.codec import decode_from_vehicle, encode
-from contract.wire.messages import EventReport, Status
+from contract.wire.messages import EventReport, OnboardScene, Status
 from server.domain.fleet.vehicles import StatusReport
 from server.fleet.event_intake import EventIntake
 from server.fleet.link import Link
@@ -82,6 +82,7 @@ class Hub:
             ended=self._ended,
             store=self._events.take,
             note_status=self._note_status,
+            note_scene=self._note_scene,
             hello_timeout_s=hello_timeout_s,
             refused=RefusedHellos(clock),
             spans=spans,
@@ -191,6 +192,11 @@ class Hub:
         self._statuses[report.vehicle_id] = report
         topic = topics.vehicle_live(self.campus_id, report.vehicle_id)
         self._publish(topic, encode(report.status))
+
+    def _note_scene(self, vehicle_id: str, scene: OnboardScene) -> None:
+        topic = topics.vehicle_scene(self.campus_id, vehicle_id)
+        if self._bus.wants(topic):
+            self._publish(topic, encode(scene))
 
     def _note_event(self, vehicle_id: str, report: EventReport) -> None:
         topic = topics.vehicle_event(self.campus_id, vehicle_id)

@@ -36,6 +36,7 @@ from server.fleet.actions import (
     Close,
     FindKey,
     NoteAnswer,
+    NoteScene,
     NoteStatus,
     OpenSession,
     PushOutbox,
@@ -197,6 +198,8 @@ class Link:
             self._ports.store(self, action.report, action.received_ns)
         elif isinstance(action, NoteStatus):
             self._note(action.status)
+        elif isinstance(action, NoteScene):
+            self._ports.note_scene(self.vehicle_id, action.scene)
         elif isinstance(action, Send):
             self._transport.send(encode(action.message))
         elif isinstance(action, Close):

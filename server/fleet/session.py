@@ -22,6 +22,7 @@ from contract.wire.messages import (
     EventReport,
     EventsAcknowledged,
     Hello,
+    OnboardScene,
     OrderAccepted,
     OrderRejected,
     ServerMessage,
@@ -34,6 +35,7 @@ from server.fleet.actions import (
     Close,
     FindKey,
     NoteAnswer,
+    NoteScene,
     NoteStatus,
     OpenSession,
     ReportViolation,
@@ -47,7 +49,7 @@ Actions = tuple[Action, ...]
 
 _VEHICLE_TAGS = frozenset(
     str(kind.__struct_config__.tag)
-    for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport)
+    for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport, OnboardScene)
 )
 
 
@@ -164,6 +166,8 @@ class VehicleSession:
             return self.close("epoch_stale", f"frame of epoch {message.epoch}; this session is {self.epoch}")
         if isinstance(message, Status):
             return (NoteStatus(message),)
+        if isinstance(message, OnboardScene):
+            return (NoteScene(message),)
         if isinstance(message, EventReport):
             return (StoreEvent(message, server_ns),)
         return (NoteAnswer(message),)

@@ -23,6 +23,7 @@ from contract.wire.messages import (
     Grants,
     Hello,
     Message,
+    OnboardScene,
     Order,
     OrderAccepted,
     OrderProgress,
@@ -149,6 +150,11 @@ class VehicleSession:
         """Sends a status, if connected; a status is never kept."""
         if self.is_open:
             self._send(msgspec.structs.replace(status, epoch=self.epoch))
+
+    def show(self, scene: OnboardScene) -> None:
+        """Sends a scene that an operator asked for, if connected; a scene is never kept."""
+        if self.is_open:
+            self._send(msgspec.structs.replace(scene, epoch=self.epoch))
 
     def answer(self, answer: OrderAccepted | OrderRejected) -> None:
         """Sends an answer to an order, if connected; the mission's memory must be on disk.

@@ -36,6 +36,7 @@ BOUNDED_LISTS = {
     "read_shift_log",
     "get_run_scenes",
     "get_run_marks",
+    "get_run_onboard",
 }
 BOUNDED = settings(
     max_examples=3,

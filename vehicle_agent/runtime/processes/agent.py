@@ -35,6 +35,7 @@ from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProcess
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
+from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import read_screen_files
 from vehicle_agent.signals import HmiOutput
@@ -181,7 +182,11 @@ def run_tick(place: AgentPlace) -> None:
         first_tick=0,
     )
     computer = VehicleComputer(
-        car, state, Recorder(header, profile.body, road_map.observation_areas), offset_ns
+        car,
+        state,
+        Recorder(header, profile.body, road_map.observation_areas),
+        offset_ns,
+        TickStopwatch(),
     )
     outputs_port = DatagramPort()
     hmi_devices = files.hmi_devices()

@@ -6,7 +6,7 @@ computes them again from the tape.
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -20,6 +20,7 @@ from contract.runlog.records import (
     LOCATION_TOPIC,
     MARK_TOPIC,
     OBSTACLE_TOPIC,
+    ONBOARD_TOPIC,
     POSE_TOPIC,
     REPORT_TOPIC,
     SCENE_TOPIC,
@@ -31,7 +32,7 @@ from contract.runlog.records import (
     recording_mark,
 )
 from contract.wire.codec import encode
-from contract.wire.messages import Command, CommandDone
+from contract.wire.messages import Command, CommandDone, OnboardScene
 from vehicle_agent.config import Body
 from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.onboard.state import OnboardState
@@ -41,6 +42,8 @@ from vehicle_agent.signals import Detections, Flow, GnssFix, InboxItem, Outputs
 from vehicle_agent.signals.rates import REPORT_EVERY_TICKS, TRANSFORM_EVERY_TICKS
 
 SEGMENT_TICKS = 5 * 60 * 50
+# The detail of a tick, made only where it is recorded.
+MakeScene = Callable[[Outputs, int], OnboardScene]
 SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
 
 
@@ -118,6 +121,7 @@ class Recorder:
         stamp_ns: int,
         late_ns: int,
         utc_offset_ns: int,
+        scene: MakeScene,
     ) -> list[RunLogEntry]:
         """The entries of the tick that took `before` and `items` and gave `outputs`."""
         entries: list[RunLogEntry] = []
@@ -135,6 +139,8 @@ class Recorder:
         entries.append(LogEntry(TICK_TOPIC, stamp_ns, self._records.encode(record)))
         entries += [_mark(*one, stamp_ns, utc_offset_ns) for one in commands]
         entries += self._channels(items, outputs, stamp_ns, utc_offset_ns)
+        if self._ticks % REPORT_EVERY_TICKS == 0:
+            entries.append(LogEntry(ONBOARD_TOPIC, stamp_ns, encode(scene(outputs, stamp_ns))))
         self._ticks += 1
         if "stop_recording" in kinds:
             self.begin_segment()

@@ -1,4 +1,4 @@
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
@@ -6,6 +6,7 @@ import { campusGeometry } from "../../shared/campus/campus_geometry";
 import type { Scene } from "../../shared/scene/scene";
 import { type Mark, marksOfScenes } from "./marks";
 import { inOrderOfTime, marksOfOperators } from "./operator_marks";
+import { OnboardPieces, onboardOfRun } from "./onboard_pieces";
 import { sceneAt } from "./playback";
 import { PlaybackClock } from "./playback_clock";
 
@@ -31,7 +32,14 @@ export class RunPlayer {
     inOrderOfTime(marksOfScenes(this.scenes.value), this.operator_marks.value),
   );
 
+  readonly pieces: OnboardPieces;
+  /** What the shuttle saw in detail; undefined while it is loaded, null if the recording has nothing. */
+  readonly onboard = computed(() => {
+    void this.pieces.arrived.value;
+    return this.pieces.at(this.clock.at_ms.value);
+  });
   private closed = false;
+  private readonly stop: () => void;
 
   constructor(
     private readonly vehicle_id: string,
@@ -39,6 +47,11 @@ export class RunPlayer {
     /** Where to begin, if the run was recorded then. */
     private waits_for_ms: number | null = null,
   ) {
+    this.pieces = new OnboardPieces(onboardOfRun(vehicle_id, boot_id));
+    this.stop = effect(() => {
+      if (this.scenes.value.length > 0)
+        this.pieces.want(this.clock.at_ms.value, this.clock.playing.value);
+    });
     void this.loadMap();
     void this.loadMarks();
     void this.load();
@@ -66,6 +79,8 @@ export class RunPlayer {
 
   close(): void {
     this.closed = true;
+    this.stop();
+    this.pieces.close();
     this.clock.close();
   }
 

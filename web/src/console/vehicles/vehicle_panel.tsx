@@ -6,6 +6,7 @@ import { knowledge } from "../session";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "./condition_chip";
 import { RecordingPanel } from "./recording_panel";
+import { ScenePanel } from "./scene_panel";
 import { ShiftForm } from "./shift_form";
 import { VehicleCommands } from "./vehicle_commands";
 import { VehicleStatus } from "./vehicle_status";
@@ -35,6 +36,7 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
       </div>
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <RecordingPanel key={vehicle.vehicle_id} vehicle={vehicle} />
+      <ScenePanel key={`${vehicle.vehicle_id} scene`} vehicle={vehicle} />
       <VehicleStatus vehicle={vehicle} scene={scene} knowledge={{ ...knowledge.value, now_ms }} />
       <VisitList vehicle={vehicle} />
       <RoleGate roles={["dispatcher"]}>

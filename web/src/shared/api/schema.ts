@@ -1643,6 +1643,32 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/scene": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scene
+         * @description What the vehicle shows. While it does, a new scene comes 2.5 times a second.
+         */
+        get: operations["get_scene"];
+        put?: never;
+        /**
+         * Ask For Scene
+         * @description The vehicle sends obstacle cells, limits, its s-t graph and tick times for 60 s; ask again for more.
+         *
+         *     A vehicle that is out of reach is not asked. One that hears of it more than 10 s later refuses.
+         */
+        post: operations["ask_for_scene"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/shifts": {
         parameters: {
             query?: never;
@@ -1946,6 +1972,26 @@ export interface paths {
          * @description What the live view showed of this run, in the same shape.
          */
         get: operations["get_run_scenes"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/onboard": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Onboard
+         * @description What the vehicle saw and planned: obstacle cells, limits, the s-t graph, the times of its ticks.
+         */
+        get: operations["get_run_onboard"];
         put?: never;
         post?: never;
         delete?: never;
@@ -4024,6 +4070,16 @@ export interface components {
             xy: number[];
         };
         /**
+         * LimitAhead
+         * @description A speed limit on a stretch of the planned path, ways from the start of the plan.
+         */
+        LimitAhead: [
+            number,
+            number,
+            number,
+            "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
+        ];
+        /**
          * MapDiff
          * @example {
          *       "against": "3f0c9a71d2e84b55",
@@ -4413,6 +4469,40 @@ export interface components {
             /** Arrival At */
             arrival_at: string | null;
         };
+        /** OnboardMoment */
+        OnboardMoment: {
+            at_ms: number;
+            scene: components["schemas"]["OnboardScene"];
+        };
+        /**
+         * OnboardScene
+         * @description What a vehicle sees and plans. Path, tracks and areas are in the status of the same moment.
+         *
+         *         points        x0, y0, x1, y1, ... obstacle cells, map frame, the nearest; points_age_s since their scan
+         *         guard         what the guard does against the plan, "" for nothing
+         *         path_times    None of a stack that plans no times
+         *         tick_times    None where ticks are not timed, as in virtual time
+         */
+        OnboardScene: {
+            /** @enum {unknown} */
+            type: "onboard_scene";
+            epoch: number;
+            stamp_ns: number;
+            /** @default [] */
+            points: number[];
+            /** @default 0 */
+            points_age_s: number;
+            /** @default null */
+            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding") | null;
+            /** @default 0 */
+            speed_mps_planned: number;
+            /** @default  */
+            guard: string;
+            /** @default null */
+            path_times: components["schemas"]["PathTimes"] | null;
+            /** @default null */
+            tick_times: components["schemas"]["TickTimes"] | null;
+        };
         /**
          * OperatorChange
          * @example {
@@ -4550,6 +4640,41 @@ export interface components {
             name: string;
             seats: number;
         };
+        /**
+         * PathTimes
+         * @description The s-t graph of the present plan: way along the path over time.
+         *
+         *         age_s          since the moment at which the plan begins; negative: it begins later
+         *         dt_s           between knots
+         *         way_m          of the rear axle by knot: the motion that was chosen
+         *         low_m, high_m  the corridor that people and obstacles leave, by knot; None: nothing bounds it there
+         *         limits         by place, nearest first
+         */
+        PathTimes: {
+            age_s: number;
+            dt_s: number;
+            way_m: number[];
+            low_m: (number | null)[];
+            high_m: (number | null)[];
+            /** @default [] */
+            tracks: components["schemas"]["PathTrack"][];
+            /** @default [] */
+            limits: components["schemas"]["LimitAhead"][];
+        };
+        /**
+         * PathTrack
+         * @description When and where a track is on the planned path.
+         *
+         *         knots         the knots at which it is
+         *         from_m, to_m  the stretch that it occupies at each of them, by the rear axle's way
+         */
+        PathTrack: [
+            number,
+            boolean,
+            number[],
+            number[],
+            number[]
+        ];
         /**
          * PatternBody
          * @description The days on which a service runs (calendar.txt of GTFS), and when rides can be booked on them.
@@ -5605,6 +5730,11 @@ export interface components {
              */
             seats_left?: number | null;
         };
+        /** RoomTime */
+        RoomTime: [
+            string,
+            number
+        ];
         /**
          * RunMark
          * @description A mark of an operator in a run, or where a recording begins or ends.
@@ -6095,6 +6225,27 @@ export interface components {
             exceptions: components["schemas"]["DutyExceptionModel"][];
         };
         /**
+         * ShownScene
+         * @description What a vehicle shows, and how old that is by the server's clock.
+         *
+         *         request  how the newest request of the last minute stands; "" without one
+         *         detail   the reason for a refusal
+         *         scene    the newest, None before the first; it came at received_ms
+         */
+        ShownScene: {
+            vehicle_id: string;
+            connected: boolean;
+            now_ms: number;
+            /** @default  */
+            request: ("done" | "failed" | "pending") | "";
+            /** @default  */
+            detail: string;
+            /** @default 0 */
+            received_ms: number;
+            /** @default null */
+            scene: components["schemas"]["OnboardScene"] | null;
+        };
+        /**
          * Snapshot
          * @description First message on /ws/live, and again whenever the campus changes its map.
          */
@@ -6347,6 +6498,15 @@ export interface components {
             failures: number;
             /** Last Good At */
             last_good_at: string | null;
+        };
+        /**
+         * TickTimes
+         * @description The slowest tick since the last scene: each room's time, the whole, and how late it began.
+         */
+        TickTimes: {
+            rooms: components["schemas"]["RoomTime"][];
+            whole_us: number;
+            late_us: number;
         };
         /**
          * TimetableBody
@@ -14257,6 +14417,152 @@ export interface operations {
             };
         };
     };
+    get_scene: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The newest scene that came, however old; null before the first. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShownScene"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    ask_for_scene: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_vehicle_shifts: {
         parameters: {
             query?: never;
@@ -15760,6 +16066,87 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Scene"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_onboard: {
+        parameters: {
+            query: {
+                /** @description Unix time */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description In order of time, 5 a second. Empty for runs of an older agent. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OnboardMoment"][];
                 };
             };
             /** @description Unauthorized */
