@@ -74,7 +74,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     ),
     (
         """preview_intervention preview_ride_delays mark_recording start_recording stop_recording
-        ask_for_scene""",
+        ask_for_scene fork_the_past""",
         frozenset({"dispatcher", "safety"}),
         "drive",
     ),

@@ -137,6 +137,8 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.StoreUnavailable: 503,
     errors.OutcomeUnknown: 503,
     errors.SessionFenced: 409,
+    errors.ForkImpossible: 409,
+    errors.ForksBusy: 409,
     errors.RecordingUnknown: 404,
     errors.RecordingUnderWay: 409,
     errors.RecordingOver: 409,

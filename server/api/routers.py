@@ -20,6 +20,7 @@ from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
 from server.api.recordings import routes as recordings
+from server.api.replays import forks
 from server.api.replays import routes as replays
 from server.api.rides import notices, records
 from server.api.rides import routes as rides
@@ -89,6 +90,7 @@ def bare_app(**options: Any) -> FastAPI:
         segments.router,
         runs.router,
         recordings.router,
+        forks.router,
         replays.router,
         statistics.router,
         tokens.router,

@@ -22,6 +22,7 @@ from server.live.onboard_scenes import OnboardScenes
 from server.settings import Settings
 from server.store.segments.segment_store import SegmentStore
 from server.supervision.supervisor import Supervisor
+from server.usecases.planning.forks import Forks
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.maps import MapWorkshop
@@ -83,6 +84,7 @@ class Services:
     limits: Limits
     has_our_tables: Callable[[], bool]
     maps: MapWorkshop
+    forks: Forks
     webhook_sender: WebhookSender | None
     push_sender: PushSender | None
     spans: RideSpans | None

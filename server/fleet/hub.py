@@ -16,6 +16,7 @@ from contract.tracing import RideSpans
 from contract.wire.codec import decode_from_vehicle, encode
 from contract.wire.messages import EventReport, OnboardScene, Status
 from server.domain.fleet.vehicles import StatusReport
+from server.fleet.brakings import BrakingWatch, HardBraking
 from server.fleet.event_intake import EventIntake
 from server.fleet.link import Link
 from server.fleet.link_ports import LinkPorts, Transport
@@ -29,6 +30,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.record.server_events import record_braking
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
@@ -98,6 +100,8 @@ class Hub:
         self._tasks: dict[asyncio.Task[None], _Job] = {}
         self._standing: list[asyncio.Task[None]] = []
         self._ended_sessions: list[tuple[str, int]] = []
+        self._braking_watch = BrakingWatch()
+        self._brakings: list[HardBraking] = []
         self._record = PeriodicTask("hub.record", self._record_reports, FLUSH_EVERY_S)
 
     async def start(self) -> None:
@@ -190,6 +194,9 @@ class Hub:
 
     def _note_status(self, report: StatusReport) -> None:
         self._statuses[report.vehicle_id] = report
+        braking = self._braking_watch.note(report)
+        if braking is not None:
+            self._brakings.append(braking)
         topic = topics.vehicle_live(self.campus_id, report.vehicle_id)
         self._publish(topic, encode(report.status))
 
@@ -264,6 +271,7 @@ class Hub:
         """
         statuses, self._statuses = self._statuses, {}
         ended, self._ended_sessions = self._ended_sessions, []
+        brakings, self._brakings = self._brakings, []
         if not statuses and not ended:
             return
         reports = [report for _, report in sorted(statuses.items())]
@@ -273,12 +281,15 @@ class Hub:
                 vehicle_sessions.close_session(uow, vehicle_id, epoch)
             if reports:
                 vehicle_sessions.record_status(uow, reports)
+            for braking in brakings:
+                record_braking(uow, braking.vehicle_id, braking.at, braking.by)
 
         try:
             await self._transactions.run(work)
         except Exception:
             self._statuses = statuses | self._statuses
             self._ended_sessions = ended + self._ended_sessions
+            self._brakings = brakings + self._brakings
             raise
 
     async def _push_unanswered(self) -> None:

@@ -23,6 +23,7 @@ from server.domain.record.incidents import Incident
 from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride
 from server.usecases.ports.past import PastPosition
+from server.usecases.record.server_events import BRAKING_EVENT
 
 MarkKind = Literal[
     "stop",
@@ -57,6 +58,7 @@ INTERVENTIONS = (
     "vehicle.sent",
     "vehicle.placed",
     *RECORDING_MARKS,
+    BRAKING_EVENT,
 )
 # The gate says by such a fault why it brakes.
 BRAKING = "gate_braking_"
@@ -183,18 +185,17 @@ def marks(
         )
         for one in incidents
     ]
-    found += [
-        Mark(
-            ms_of(one.happened_at),
-            RECORDING_MARKS.get(one.name, "intervention"),
-            one.subject,
-            detail=one.name,
-            by=one.by,
-            text=one.detail if one.name in RECORDING_MARKS else "",
-        )
-        for one in said
-    ]
+    found += [_mark_of_server_event(one) for one in said]
     return sorted(found, key=lambda mark: (mark.at_ms, mark.vehicle_id, mark.kind, mark.detail))
+
+
+def _mark_of_server_event(event: ServerEvent) -> Mark:
+    at_ms, kind = ms_of(event.happened_at), RECORDING_MARKS.get(event.name)
+    if event.name == BRAKING_EVENT:
+        return Mark(at_ms, "braking", event.subject, detail=f"braking_by_{event.by}")
+    if kind is None:
+        return Mark(at_ms, "intervention", event.subject, detail=event.name, by=event.by)
+    return Mark(at_ms, kind, event.subject, detail=event.name, by=event.by, text=event.detail)
 
 
 def past_vehicle(vehicle: Vehicle) -> PastVehicle:

@@ -42,6 +42,8 @@ from server.domain.errors.orders import (
 )
 from server.domain.errors.record import (
     AuditEntryUnknown,
+    ForkImpossible,
+    ForksBusy,
     IncidentClosed,
     IncidentUnknown,
     RecordingOver,
@@ -130,6 +132,8 @@ __all__ = (
     "EnrolmentCodeUnknown",
     "EnrolmentCodeUsed",
     "ExceptionUnknown",
+    "ForkImpossible",
+    "ForksBusy",
     "IdempotencyMismatch",
     "IllegalTransition",
     "IncidentClosed",

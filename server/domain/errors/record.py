@@ -33,6 +33,18 @@ class AuditEntryUnknown(DomainError):
     code = "audit_entry_unknown"
 
 
+class ForkImpossible(DomainError):
+    """The past cannot be forked at this moment: there is nothing to dispatch, or too much."""
+
+    code = "fork_impossible"
+
+
+class ForksBusy(DomainError):
+    """This server computes as many forks as it may; try again when they are done."""
+
+    code = "forks_busy"
+
+
 class RecordingUnknown(DomainError):
     """No recording has this id."""
 

@@ -56,11 +56,13 @@ function markText(mark: Mark): string {
     return `${who}${what}${by === "" ? "" : ` (${by})`}`;
   }
   const cause =
-    detail in t.fault_codes
-      ? t.fault_codes[detail as keyof typeof t.fault_codes]
-      : detail in t.hold_reasons
-        ? t.hold_reasons[detail as keyof typeof t.hold_reasons]
-        : "";
+    detail in t.braking_by
+      ? t.braking_by[detail]
+      : detail in t.fault_codes
+        ? t.fault_codes[detail as keyof typeof t.fault_codes]
+        : detail in t.hold_reasons
+          ? t.hold_reasons[detail as keyof typeof t.hold_reasons]
+          : "";
   return `${who}${t.mark_kinds[kind]}${cause === "" ? "" : `: ${cause}`}`;
 }
 

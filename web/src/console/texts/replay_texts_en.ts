@@ -51,6 +51,12 @@ export const replayEn = {
     note: "marked",
     recording: "recording",
   } satisfies Record<Mark["kind"], string> as Record<Mark["kind"], string>,
+  braking_by: {
+    braking_by_guard: "the guard steps in",
+    braking_by_planner: "as planned",
+    braking_by_driver: "the driver brakes",
+    braking_by_gate: "the gate brakes",
+  } as Record<string, string>,
   mark_interventions: {
     "vehicle.hold": "held",
     "vehicle.resume": "may drive again",

@@ -49,6 +49,12 @@ export const replayZh: typeof replayEn = {
     note: "标记",
     recording: "录制",
   },
+  braking_by: {
+    braking_by_guard: "安全监护介入",
+    braking_by_planner: "按规划",
+    braking_by_driver: "驾驶员制动",
+    braking_by_gate: "网关制动",
+  },
   mark_interventions: {
     "vehicle.hold": "被暂停",
     "vehicle.resume": "恢复行驶",

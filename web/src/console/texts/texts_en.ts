@@ -14,6 +14,7 @@ import type {
 import type { Role } from "../session";
 import type { Condition } from "../../shared/scene/condition";
 import { statisticsEn } from "./statistics_texts_en";
+import { forkEn } from "./fork_texts_en";
 import { onboardEn } from "./onboard_texts_en";
 import { recordingEn } from "./recording_texts_en";
 import { replayEn } from "./replay_texts_en";
@@ -33,6 +34,7 @@ const conditions: Record<Condition, string> = {
 };
 
 export const en = {
+  ...forkEn,
   ...onboardEn,
   ...recordingEn,
   ...replayEn,

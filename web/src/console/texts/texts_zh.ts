@@ -1,10 +1,12 @@
 import { statisticsZh } from "./statistics_texts_zh";
+import { forkZh } from "./fork_texts_zh";
 import { onboardZh } from "./onboard_texts_zh";
 import { recordingZh } from "./recording_texts_zh";
 import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
 
 export const zh: ConsoleTexts = {
+  ...forkZh,
   ...onboardZh,
   ...recordingZh,
   ...replayZh,

@@ -2124,6 +2124,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/replays/forks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Fork The Past
+         * @description Dispatch the rides from a moment on again, and compare. Nothing changes. It takes seconds.
+         */
+        post: operations["fork_the_past"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/replays/fleet": {
         parameters: {
             query?: never;
@@ -3486,6 +3506,7 @@ export interface components {
          *         limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
          *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
          *         tracks      the nearest ones
+         *         guard       what the guard does against the plan, "" for nothing
          *         turn_signal, headlights, horn  as the by-wire module reports them; None where it has none
          */
         DrivingView: {
@@ -3503,6 +3524,8 @@ export interface components {
             headlights: ("high" | "low" | "off") | null;
             /** @default null */
             horn: boolean | null;
+            /** @default  */
+            guard: string;
         };
         /**
          * DutyExceptionModel
@@ -3804,6 +3827,121 @@ export interface components {
         FollowedEntryView: {
             entry: components["schemas"]["AuditEntryView"];
             command: components["schemas"]["CommandEnd"] | null;
+        };
+        /**
+         * ForkFigures
+         * @description Counts of rides; times of the served ones in seconds, null without any.
+         */
+        ForkFigures: {
+            /** Shuttles */
+            shuttles: number;
+            /** Asked */
+            asked: number;
+            /** Served */
+            served: number;
+            /** Cancelled */
+            cancelled: number;
+            /** Refused */
+            refused: number;
+            /** Wait Median S */
+            wait_median_s: number | null;
+            /** Wait P95 S */
+            wait_p95_s: number | null;
+            /** Ride Mean S */
+            ride_mean_s: number | null;
+            /** Driving H */
+            driving_h: number;
+            /** Promises Kept */
+            promises_kept: number;
+        };
+        /**
+         * ForkRequest
+         * @example {
+         *       "from_ms": 1788249600000,
+         *       "seconds": 7200,
+         *       "more": 1,
+         *       "policy": "improvement"
+         *     }
+         */
+        ForkRequest: {
+            /**
+             * From Ms
+             * @description The moment, Unix time.
+             */
+            from_ms: number;
+            /**
+             * Seconds
+             * @description Rides wanted so long after it.
+             * @default 7200
+             */
+            seconds: number;
+            /**
+             * More
+             * @description Shuttles more, or less if negative.
+             * @default 0
+             */
+            more: number;
+            /**
+             * Policy
+             * @description The present one is `improvement`.
+             * @default improvement
+             * @enum {string}
+             */
+            policy: "insertion" | "improvement" | "departure-slack" | "departure-slack-improvement";
+        };
+        /**
+         * ForkView
+         * @description present: the fleet and the policy of then, dispatched again; changed: with the change.
+         *
+         *     Both happen as planned: compare them with each other, and `then` only with care. placed: so many shuttles
+         *     begin where they were; the others at resting places.
+         */
+        ForkView: {
+            /** Placed */
+            placed: number;
+            present: components["schemas"]["ForkFigures"];
+            changed: components["schemas"]["ForkFigures"];
+            /** Rides */
+            rides: components["schemas"]["ForkedRideView"][];
+        };
+        /**
+         * ForkedRideView
+         * @description A ride as it was and in both forks; waits from the requested time to boarding, null without.
+         */
+        ForkedRideView: {
+            /** Ride Id */
+            ride_id: string;
+            /** Ride Code */
+            ride_code: string;
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /** Party */
+            party: number;
+            /**
+             * Requested At
+             * Format: date-time
+             */
+            requested_at: string;
+            /** Then State */
+            then_state: string;
+            /** Then Wait S */
+            then_wait_s: number | null;
+            /**
+             * Present End
+             * @enum {string}
+             */
+            present_end: "served" | "refused" | "cancelled";
+            /** Present Wait S */
+            present_wait_s: number | null;
+            /**
+             * Changed End
+             * @enum {string}
+             */
+            changed_end: "served" | "refused" | "cancelled";
+            /** Changed Wait S */
+            changed_wait_s: number | null;
         };
         /**
          * Health
@@ -16686,6 +16824,93 @@ export interface operations {
             };
             /** @description Conflict */
             409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    fork_the_past: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ForkRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ForkView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
                 headers: {
                     [name: string]: unknown;
                 };

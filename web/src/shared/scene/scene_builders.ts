@@ -86,6 +86,7 @@ export function aDrivingView(changes: Partial<DrivingView> = {}): DrivingView {
     turn_signal: null,
     headlights: null,
     horn: null,
+    guard: "",
     ...changes,
   };
 }
