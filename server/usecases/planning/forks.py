@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Protocol
 
+import numpy as np
+
 from contract.roads.load import decode_map, encode_map
 from contract.roads.network import RoadNetwork
 from server.domain.errors import ForkImpossible
@@ -174,8 +176,8 @@ def run_fork(fork: ForkInput) -> ForkResult:
         present_shuttles=len(fork.fleet),
         changed_shuttles=len(fleet),
         placed=len(starts),
-        present=figures_of(present),
-        changed=figures_of(changed),
+        present=_figures(fork.rides, present),
+        changed=_figures(fork.rides, changed),
         rides=tuple(_forked(ride, present, changed) for ride in fork.rides),
     )
 
@@ -259,6 +261,16 @@ def _forked(ride: ForkRide, present: FleetDay, changed: FleetDay) -> ForkedRide:
         None if wait_s is None else round(wait_s, 1),
         *ends[0],
         *ends[1],
+    )
+
+
+def _figures(rides: Sequence[ForkRide], day: FleetDay) -> DayFigures:
+    """With the time that rides had waited at the moment already."""
+    waits = [wait_s for ride in rides if (wait_s := _end_of(day, ride)[1]) is not None]
+    return replace(
+        figures_of(day),
+        wait_median_s=round(float(np.percentile(waits, 50.0)), 1) if waits else None,
+        wait_p95_s=round(float(np.percentile(waits, 95.0)), 1) if waits else None,
     )
 
 

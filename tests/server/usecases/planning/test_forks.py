@@ -5,6 +5,7 @@ import pickle
 from dataclasses import replace
 from datetime import datetime, timedelta
 
+import numpy as np
 import pytest
 
 from server.domain.errors import ForkImpossible, ForksBusy
@@ -82,6 +83,8 @@ def test_the_same_fork_comes_out_again_and_without_a_change_both_sides_are_equal
     assert result.present == result.changed
     assert result.present.asked == len(fork.rides) == result.present.served + result.present.refused
     # What had been promised at the moment is served.
+    waits = [ride.present_wait_s for ride in result.rides if ride.present_wait_s is not None]
+    assert result.present.wait_median_s == pytest.approx(float(np.median(waits)), abs=0.1)
     ends = {ride.ride_id: ride.present_end for ride in result.rides}
     promised = [ride.ride for ride in fork.rides if ride.promised]
     assert promised

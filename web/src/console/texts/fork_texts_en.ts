@@ -18,7 +18,7 @@ export const forkEn = {
   fork_from: (time: string) => `Compare from ${time} on`,
   fork_running: "Dispatching again. This takes seconds…",
   fork_of: (time: string, rides: number, placed: number) =>
-    `From ${time}: ${rides} rides, ${placed} shuttles where they were then.`,
+    `From ${time} on. Rides: ${rides}. Shuttles that begin where they were: ${placed}.`,
   fork_as_planned:
     "Both columns on the right happen as planned: no traffic, no late riders. Compare them with each other.",
   fork_then: "Then",
@@ -28,7 +28,7 @@ export const forkEn = {
   fork_served: "Rides served",
   fork_refused: "Rides refused",
   fork_wait_median: "Wait, median",
-  fork_wait_p95: "Wait, 95 of 100 below",
+  fork_wait_p95: "Wait, 95 %",
   fork_on_board: "On board, mean",
   fork_driving: "Hours driven",
   fork_minutes: (minutes: string) => `${minutes} min`,
