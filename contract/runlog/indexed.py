@@ -40,10 +40,15 @@ def messages_of(
 
 def marks(path: Path) -> Iterator[RecordingMark]:
     """Operators' marks, in the order in which they reached the vehicle; raises like `messages_of`."""
+    return (mark for _, mark in logged_marks(path))
+
+
+def logged_marks(path: Path) -> Iterator[tuple[int, RecordingMark]]:
+    """(log time in UTC ns, mark): when each reached the vehicle; raises like `messages_of`."""
     decoder = msgspec.json.Decoder(RecordingMark)
     for message in messages_of(path, (MARK_TOPIC,)):
         try:
-            yield decoder.decode(message.data)
+            yield message.log_ns, decoder.decode(message.data)
         except msgspec.DecodeError as error:
             detail = f"{path}: a mark cannot be read ({error})"
             raise RunLogError("damaged", detail, message.log_ns) from error

@@ -90,7 +90,7 @@ class RecordingView(BaseModel):
     started_by: str
     stopped_at: datetime | None
     stopped_by: str
-    boot_id: str = Field(description="Of the run in which it begins; empty until the vehicle has answered.")
+    boot_id: str = Field(description="Of the run in which it begins; empty until one of its files has come.")
     segments: list[SegmentView] = Field(description="Its files so far, in order.")
 
 
@@ -106,6 +106,6 @@ def recording_view(recording: Recording, files: Sequence[Segment]) -> RecordingV
         started_by=recording.started_by,
         stopped_at=recording.stopped_at,
         stopped_by=recording.stopped_by,
-        boot_id="" if recording.begun is None else recording.begun.boot_id,
+        boot_id=files[0].boot_id if files else "",
         segments=[segment_view(one) for one in files],
     )

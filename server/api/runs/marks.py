@@ -1,23 +1,37 @@
 """The marks of a run: those that are in its files, and those that the server has and no file yet."""
 
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 
 from contract.runlog.indexed import marks
-from contract.runlog.reader import RunLogError
+from contract.runlog.reader import RunLogError, open_segment
 from server.api.recordings.schemas import RunMark
 from server.domain.fleet.vehicles import CommandState
-from server.domain.instants import ms_of
+from server.domain.instants import moment_of_ns, ms_of
 from server.domain.record.recordings import Recording
 from server.domain.record.runs import Run
 from server.usecases.ports.unit_of_work import UnitOfWork
 
+Span = tuple[datetime, datetime]
 
-def known_marks(uow: UnitOfWork, run: Run) -> list[RunMark]:
-    """The server's own, while the run was recorded as far as it has been uploaded."""
-    if not run.segments:
-        return []
-    since, until = run.started_at, max(segment.received_at for segment in run.segments)
+
+def run_span(run: Run, paths: Sequence[Path]) -> Span | None:
+    """From when to when the run has been uploaded, by the clock that its first file has; None without one."""
+    if not paths or not run.segments:
+        return None
+    try:
+        offset_ns = open_segment(paths[0]).header.utc_offset_ns
+    except RunLogError:
+        return None
+    first_ns = min(segment.first_ns for segment in run.segments)
+    last_ns = max(segment.last_ns for segment in run.segments)
+    return moment_of_ns(first_ns + offset_ns), moment_of_ns(last_ns + offset_ns)
+
+
+def known_marks(uow: UnitOfWork, vehicle_id: str, span: Span) -> list[RunMark]:
+    """The server's own of that time."""
+    since, until = span
     found = [
         RunMark(
             mark_id=command.command_id,
@@ -28,9 +42,9 @@ def known_marks(uow: UnitOfWork, run: Run) -> list[RunMark]:
             state=command.state,
             in_file=False,
         )
-        for command in uow.vehicles.marks(run.vehicle_id, since, until)
+        for command in uow.vehicles.marks(vehicle_id, since, until)
     ]
-    for recording in uow.recordings.of_time(run.vehicle_id, since, until):
+    for recording in uow.recordings.of_time(vehicle_id, since, until):
         found += _ends(recording)
     return found
 

@@ -15,7 +15,7 @@ from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import SegmentStoreUnavailable, problems
 from server.api.recordings.schemas import RunMark
-from server.api.runs.marks import known_marks, run_marks
+from server.api.runs.marks import known_marks, run_marks, run_span
 from server.api.runs.schemas import RunView, run_view
 from server.api.runs.segments import fetched
 from server.api.security.access import READER_REFUSALS, Reader
@@ -153,7 +153,10 @@ async def get_run_marks(
     """
     run = await _find_run(services, vehicle_id, boot_id)
     paths = await _kept(services, run)
-    known = await services.transactions.read(lambda uow: known_marks(uow, run))
+    span = await services.offload.run(lambda: run_span(run, paths))
+    known: list[RunMark] = []
+    if span is not None:
+        known = await services.transactions.read(lambda uow: known_marks(uow, vehicle_id, span))
     return await services.offload.run(lambda: run_marks(paths, known))
 
 

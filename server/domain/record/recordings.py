@@ -24,7 +24,7 @@ class Recording:
     recording_id  the command that started it
     stop_id       the command that stops it, "" before
     state         "waiting" and "stopping": the vehicle has not answered yet; it may be out of reach
-    begun, ended  the vehicle's answers; None before, and if it refused
+    begun, ended  of the vehicle's answers, then of the marks in its files; None before, and if it refused
     detail        the vehicle's reason when it refused
     """
 
@@ -59,6 +59,16 @@ def answered(recording: Recording, command_id: str, moment: VehicleMoment | None
     # It may have been stopped before the vehicle heard of either command.
     state: RecordingState = "stopping" if recording.stop_id else "running"
     return replace(recording, state=state, begun=moment)
+
+
+def found_in_file(recording: Recording, command_id: str, moment: VehicleMoment) -> Recording:
+    """The recording after a file has come in which one of its ends is marked.
+
+    The boot of an answer is that of the process that talks with the server. Files have the tick's.
+    """
+    if command_id == recording.stop_id:
+        return replace(recording, ended=moment)
+    return replace(recording, begun=moment)
 
 
 # The commands that begin and end one.

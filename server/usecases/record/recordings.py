@@ -5,7 +5,7 @@ with a file of its own. A vehicle that is out of reach hears of either when it i
 has them, and says that the vehicle does not.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta
 
@@ -13,7 +13,13 @@ from contract.wire.messages import LATER_KINDS, CommandDone
 from server.domain.errors import RecordingOver, RecordingUnderWay, RecordingUnknown
 from server.domain.fleet.vehicles import VehicleCommand
 from server.domain.record.events import RecordedEvent
-from server.domain.record.recordings import RECORDING_COMMANDS, Recording, VehicleMoment, answered
+from server.domain.record.recordings import (
+    RECORDING_COMMANDS,
+    Recording,
+    VehicleMoment,
+    answered,
+    found_in_file,
+)
 from server.domain.record.runs import Segment
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
@@ -88,6 +94,14 @@ def deliverable(
         _answered(uow, command.vehicle_id, command.command_id, None, reason)
         uow.publish(topics.vehicle(uow.campus_id, command.vehicle_id), command_id=command.command_id)
     return tuple(sent)
+
+
+def note_file(uow: UnitOfWork, vehicle_id: str, ends: Mapping[str, VehicleMoment]) -> None:
+    """A file has come. ends: the commands to recordings that are marked in it, and when."""
+    for command_id, moment in ends.items():
+        recording = uow.recordings.of_command(command_id)
+        if recording is not None and recording.vehicle_id == vehicle_id:
+            uow.recordings.save(found_in_file(recording, command_id, moment))
 
 
 def files_of(uow: UnitOfWork, recording: Recording) -> tuple[Segment, ...]:

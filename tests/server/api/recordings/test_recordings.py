@@ -1,7 +1,6 @@
 """Operators mark what a vehicle records, and start and stop recordings: in reach, out of reach, too old."""
 
 import hashlib
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,9 @@ import msgspec
 import pytest
 
 from contract.runlog.records import MARK_TOPIC, recording_mark
-from contract.wire.messages import Command, CommandDone
+from contract.wire.messages import Command, CommandDone, EventReport
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
 from server.domain.record.identity import Role
-from server.domain.record.recordings import VehicleMoment
 from tests.contract.runlog.test_segment import UTC_OFFSET_NS, write_segment
 from tests.server.api.security.test_roles import headers_of
 from tests.server.api.server_under_test import ServerUnderTest
@@ -122,27 +120,46 @@ def test_a_recording_is_one_at_a_time_and_over_once_it_is_stopped(
 
 
 def test_a_recording_is_kept_when_the_file_in_which_it_ends_has_come(
-    server: ServerUnderTest, vehicle: SpokenVehicle, tmp_path: Path
+    server: ServerUnderTest, tmp_path: Path
 ) -> None:
+    """The process that talks with the server counts its own starts; files have the tick's."""
+    server.enrol("shuttle-1", KEY.public_base64)
+    vehicle = SpokenVehicle(server, boot_id="link-7").dial().hello()
     headers = server.sign_in()
     begun = server.post("/vehicles/shuttle-1/recordings", {"name": "Rain"}, headers=headers).json()
     server.elapse(0.2)
-    vehicle.event(0, CommandDone(vehicle.last(Command).command_id, True))
+    start = vehicle.last(Command)
+    vehicle.event(0, CommandDone(start.command_id, True))
     server.post(f"/vehicles/shuttle-1/recordings/{begun['recording_id']}/stop", headers=headers)
     server.elapse(0.2)
-    # By the vehicle's clock the events are at 1000 and 1001 ns; this file begins later.
-    vehicle.event(1, CommandDone(vehicle.last(Command).command_id, True))
+    stop = vehicle.last(Command)
+    vehicle.event(1, CommandDone(stop.command_id, True))
+    assert (recording_of(server)["state"], recording_of(server)["boot_id"]) == ("ended", "")
+    writer = write_segment(tmp_path / "0.mcap", 100, close=False)
+    for command, stamp_ns in ((start, 20_000_000), (stop, 1_990_000_000)):
+        mark = recording_mark(command.made_ns, "Rain", command.kind, command.command_id)  # type: ignore[arg-type]
+        writer.add(MARK_TOPIC, stamp_ns, msgspec.json.encode(mark))
+    writer.close()
+    assert put(server, tmp_path / "0.mcap").status_code == 201
+    kept = recording_of(server)
+    assert (kept["state"], kept["boot_id"], [one["number"] for one in kept["segments"]]) == (
+        "kept",
+        "boot-1",
+        [0],
+    )
+
+
+def test_a_file_before_a_recording_is_none_of_its_files(
+    server: ServerUnderTest, vehicle: SpokenVehicle, tmp_path: Path
+) -> None:
+    server.post("/vehicles/shuttle-1/recordings", {"name": "Rain"}, headers=server.sign_in())
+    server.elapse(0.2)
+    vehicle.say(
+        EventReport(vehicle.epoch, "boot-1", 0, 10**12, CommandDone(vehicle.last(Command).command_id, True))
+    )
     write_segment(tmp_path / "0.mcap", 100)
     assert put(server, tmp_path / "0.mcap").status_code == 201
-    assert (recording_of(server)["state"], recording_of(server)["segments"]) == ("ended", [])
-
-    def as_if_later(uow: Any) -> None:
-        found = uow.recordings.get(begun["recording_id"])
-        uow.recordings.save(replace(found, ended=VehicleMoment("boot-1", 1_000_000_000)))
-
-    server.transact(as_if_later)
-    kept = recording_of(server)
-    assert (kept["state"], [one["number"] for one in kept["segments"]]) == ("kept", [0])
+    assert (recording_of(server)["state"], recording_of(server)["segments"]) == ("running", [])
 
 
 def test_the_marks_of_a_run_are_those_of_its_files_and_those_that_only_the_server_has(
@@ -154,7 +171,9 @@ def test_the_marks_of_a_run_are_those_of_its_files_and_those_that_only_the_serve
     known = vehicle.last(Command)
     server.post("/vehicles/shuttle-1/marks", {"note": "Not there yet"}, headers=headers)
     server.elapse(1.0)
-    writer = write_segment(tmp_path / "0.mcap", 100, close=False)
+    # Recorded at this time by the server's clock.
+    offset_ns = known.made_ns - 1_000_000_000
+    writer = write_segment(tmp_path / "0.mcap", 500, close=False, utc_offset_ns=offset_ns)
     mark = recording_mark(known.made_ns, known.text, "mark", known.command_id)
     foreign = recording_mark(UTC_OFFSET_NS, "From another server", "start_recording", "command-77")
     for one in (mark, foreign):

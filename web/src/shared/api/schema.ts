@@ -5174,7 +5174,7 @@ export interface components {
             stopped_by: string;
             /**
              * Boot Id
-             * @description Of the run in which it begins; empty until the vehicle has answered.
+             * @description Of the run in which it begins; empty until one of its files has come.
              */
             boot_id: string;
             /**
