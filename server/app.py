@@ -34,8 +34,10 @@ from server.feeds.roads.workshop import RoadMapWorkshop
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
 from server.live.feed import SceneFeed
+from server.live.onboard_scenes import OnboardScenes
 from server.loops.departures import DepartureScheduler
 from server.loops.dispatcher import Dispatcher
+from server.loops.forks import InlineForks
 from server.loops.outages import OutageRecorder
 from server.loops.retention import RetentionLoop
 from server.loops.ride_notices import RideNotices
@@ -49,6 +51,7 @@ from server.store.segments.segment_store import SegmentStore, SegmentStoreError
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.supervision.standing_tasks import StandingTask
 from server.supervision.supervisor import Supervisor, tell_event_loop
+from server.usecases.planning.forks import Forks
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.push import PushSender
@@ -69,7 +72,7 @@ async def _nothing_to_close() -> None:
 class Ports:
     """Everything slow, random or outside.
 
-    solver  where the dispatcher's long computations run
+    solver  where the dispatcher's long computations run; forks: where forks of the past do
     loops   standing tasks, started with the application
     retry   how failed standing tasks are repeated; in virtual time a failure ends the run
     end     ends the process because a standing task cannot do its work
@@ -87,6 +90,7 @@ class Ports:
     bus: Bus
     offload: Offload
     solver: Solver = field(default_factory=InlineSolver)
+    forks: Forks = field(default_factory=InlineForks)
     loops: tuple[StandingTask, ...] = ()
     retry: RetryPolicy = FAIL_AT_ONCE
     end: Callable[[str, BaseException], None] = tell_event_loop
@@ -193,6 +197,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             supervisor,
             settings.live_interval_s,
         ),
+        onboard=OnboardScenes(ports.campus_id, ports.clock, ports.bus),
         supervisor=supervisor,
         measurements=Measurements(ports.clock, hub, supervisor),
         access=AccessWatch(ports.campus_id, ports.clock, ports.bus, supervisor),
@@ -209,6 +214,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         ),
         has_our_tables=ports.has_our_tables,
         maps=RoadMapWorkshop(),
+        forks=ports.forks,
         webhook_sender=ports.webhook_sender,
         push_sender=ports.push_sender,
         spans=spans,
@@ -230,6 +236,8 @@ def _lifespan(services: Services, ports: Ports) -> Callable[[FastAPI], AbstractA
             stack.push_async_callback(ports.close)
             await services.feed.start()
             stack.push_async_callback(services.feed.close)
+            await services.onboard.reader.subscribe()
+            services.supervisor.start(services.onboard.reader)
             await services.access.start()
             await services.hub.start()
             stack.push_async_callback(services.hub.close)

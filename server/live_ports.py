@@ -21,6 +21,7 @@ from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
 from server.key_file import BadKeyFile
+from server.loops.forks import ProcessForks
 from server.loops.solver import ProcessSolver
 from server.push_encryption import PushIdentity
 from server.push_key_file import push_identity_of
@@ -88,6 +89,8 @@ async def live_ports(
         opened.push_async_callback(transactions.close)
         solver = ProcessSolver(begins=solver_begins)
         opened.callback(solver.close)
+        forks = ProcessForks(begins=solver_begins)
+        opened.callback(forks.close)
         sender = HttpWebhookSender(settings.webhook_networks())
         opened.push_async_callback(sender.close)
         try:
@@ -103,6 +106,7 @@ async def live_ports(
         bus,
         ThreadOffload(),
         solver,
+        forks,
         retry=RetryPolicy(),
         end=end,
         webhook_sender=sender,

@@ -41,7 +41,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         """list_rides get_ride_record explain_ride ride_history list_series get_service list_closures
         get_service_trips get_timetable_version get_travel_times list_vehicles get_vehicle
         get_vehicle_shifts list_incidents get_segment list_runs
-        get_run get_run_scenes get_run_map get_fleet_past get_fleet_positions get_service_figures
+        get_run get_run_scenes get_run_map get_run_marks get_run_onboard get_scene list_recordings
+        get_fleet_past get_fleet_positions get_service_figures
         get_driving_figures get_metrics list_webhooks list_maps export_map list_map_drafts get_map_draft
         check_map_draft compare_map_draft try_map_draft export_map_draft""",
         frozenset(ROLES),
@@ -71,7 +72,12 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         frozenset({"admin"}),
         "drive",
     ),
-    ("preview_intervention preview_ride_delays", frozenset({"dispatcher", "safety"}), "drive"),
+    (
+        """preview_intervention preview_ride_delays mark_recording start_recording stop_recording
+        ask_for_scene fork_the_past""",
+        frozenset({"dispatcher", "safety"}),
+        "drive",
+    ),
     (
         """acknowledge_incident close_incident note_on_incident write_shift_log make_map_draft
         import_map_draft change_map_draft mend_map_draft discard_map_draft""",

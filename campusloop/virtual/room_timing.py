@@ -1,29 +1,13 @@
-"""The time that each onboard room takes, measured from outside, because the rooms have no clock."""
-
-import time
-from dataclasses import replace
-from typing import Any
+"""The times of onboard rooms over a whole drive in virtual time."""
 
 from vehicle_agent.onboard.car import Car
-
-ROOMS = (
-    "can",
-    "localization",
-    "perception",
-    "world",
-    "mission",
-    "planning",
-    "control",
-    "guard",
-    "hmi",
-)
-TIMED = ("step", "decode", "encode")
+from vehicle_agent.runtime.room_times import ROOMS, timed
 
 
 class RoomTimes:
     """Wall time of every call, in ns, by room; `whole`: the complete tick with its recording.
 
-    Wall time, because the thread's CPU clock needs a system call, and virtual time runs in this thread alone.
+    Virtual time runs in this thread alone.
     """
 
     def __init__(self) -> None:
@@ -32,28 +16,4 @@ class RoomTimes:
 
     def timed(self, car: Car) -> Car:
         """The same car with every room timed."""
-        rooms: dict[str, Any] = {name: _TimedRoom(getattr(car, name), self.by_room[name]) for name in ROOMS}
-        return replace(car, **rooms)
-
-
-class _TimedRoom:
-    """A proxy of a room that times its calls."""
-
-    def __init__(self, room: Any, samples: list[int]) -> None:
-        self._room = room
-        self._samples = samples
-
-    def __getattr__(self, name: str) -> Any:
-        inner = getattr(self._room, name)
-        if name not in TIMED:
-            return inner
-        samples = self._samples
-
-        def timed(*arguments: Any) -> Any:
-            begun = time.perf_counter_ns()
-            result = inner(*arguments)
-            samples.append(time.perf_counter_ns() - begun)
-            return result
-
-        setattr(self, name, timed)
-        return timed
+        return timed(car, lambda room, spent_ns: self.by_room[room].append(spent_ns))

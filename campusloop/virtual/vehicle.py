@@ -139,7 +139,7 @@ class VirtualVehicle:
         self.happened.extend((now_ns, event) for event in outputs.events)
         if self._tracing is not None:
             self._trace(self._tracing, outputs, mission.memory, now_ns + self.setup.utc_offset_ns)
-        update = self._update_writer.update(outputs, mission.memory, now_ns)
+        update = self._update_writer.update(outputs, mission.memory, now_ns, wired.computer.shown)
         if update is not None:
             self._bridge.process_update(update, now_ns)
         self.run_log.write(wired.computer.entries)

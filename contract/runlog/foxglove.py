@@ -102,6 +102,17 @@ def point_cloud(utc_ns: int, points_map: np.ndarray) -> bytes:
     )
 
 
+def points_of(cloud: bytes) -> np.ndarray:
+    """(n, 2) points of a message of `point_cloud`. Raises msgspec.DecodeError, ValueError."""
+    data = base64.b64decode(msgspec.json.decode(cloud, type=_CloudData).data)
+    points: np.ndarray = np.frombuffer(data, dtype=np.float32).reshape(-1, 3)[:, :2]
+    return points
+
+
+class _CloudData(msgspec.Struct):
+    data: str
+
+
 def scene_update(entities: list[Entity]) -> bytes:
     return msgspec.json.encode({"deletions": [], "entities": entities})
 

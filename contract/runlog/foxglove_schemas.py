@@ -59,6 +59,9 @@ _deletion = _object(timestamp=_time, type=_integer, id=_string)
 _field = _object(name=_string, offset=_integer, type=_integer)
 
 _MESSAGES: dict[str, _Fields] = {
+    "foxglove.Log": _object(
+        timestamp=_time, level=_integer, message=_string, name=_string, file=_string, line=_integer
+    ),
     "foxglove.FrameTransform": _object(
         timestamp=_time,
         parent_frame_id=_string,

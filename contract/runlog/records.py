@@ -6,6 +6,7 @@ without the ones before; then one record a tick: everything that entered, and wh
 
 import hashlib
 from collections.abc import Iterable
+from typing import Literal
 
 import msgspec
 
@@ -21,6 +22,8 @@ LOCATION_TOPIC = "/ego/location"
 OBSTACLE_TOPIC = "/perception/obstacles"
 SCENE_TOPIC = "/scene"
 MAP_TOPIC = "/map"
+MARK_TOPIC = "/mark"
+ONBOARD_TOPIC = "/onboard"
 
 STATE_ATTACHMENT = "onboard_state.msgpack"
 MAP_ATTACHMENT = "road_map.json.zst"
@@ -68,3 +71,41 @@ class TickRecord(msgspec.Struct, frozen=True):
     late_ns: int
     items: msgspec.Raw
     rooms: msgspec.Raw
+
+
+class LogTime(msgspec.Struct, frozen=True):
+    sec: int
+    nsec: int
+
+
+MarkKind = Literal["mark", "start_recording", "stop_recording"]
+
+
+class RecordingMark(msgspec.Struct, frozen=True):
+    """An operator's mark in the run, or where a named recording begins or ends.
+
+    With the fields of Foxglove's `Log`, so that viewers list it, and our own.
+
+    timestamp  UTC of the marked moment: when the operator gave the command. It may have reached the vehicle
+               later; the log time of the message says when
+    message    the operator's note, or the recording's name
+    name       "mark", "start_recording" or "stop_recording"
+    mark_id    the command's id on the server
+    """
+
+    timestamp: LogTime
+    message: str
+    name: MarkKind
+    mark_id: str
+    level: int = 2
+    file: str = ""
+    line: int = 0
+
+    @property
+    def at_ns(self) -> int:
+        """UTC nanoseconds."""
+        return self.timestamp.sec * 1_000_000_000 + self.timestamp.nsec
+
+
+def recording_mark(at_ns: int, note: str, kind: MarkKind, mark_id: str) -> RecordingMark:
+    return RecordingMark(LogTime(*divmod(at_ns, 1_000_000_000)), note, kind, mark_id)

@@ -17,7 +17,9 @@ from contract.runlog.records import (
     LOCATION_TOPIC,
     MAP_ATTACHMENT,
     MAP_TOPIC,
+    MARK_TOPIC,
     OBSTACLE_TOPIC,
+    ONBOARD_TOPIC,
     POSE_TOPIC,
     PROFILE_ATTACHMENT,
     REPORT_TOPIC,
@@ -39,13 +41,14 @@ JSON_TOPICS = {
     OBSTACLE_TOPIC: "foxglove.PointCloud",
     SCENE_TOPIC: "foxglove.SceneUpdate",
     MAP_TOPIC: "foxglove.SceneUpdate",
+    MARK_TOPIC: "foxglove.Log",
 }
 
 
 def register_json_channels(writer: Writer) -> dict[str, int]:
     """The channels that viewers draw or show, all but the ticks, by topic."""
     channels: dict[str, int] = {}
-    for topic in (REPORT_TOPIC, EVENT_TOPIC):
+    for topic in (REPORT_TOPIC, EVENT_TOPIC, ONBOARD_TOPIC):
         schema = writer.register_schema(
             f"campusloop{topic.replace('/', '.')}", "jsonschema", b'{"type":"object"}'
         )

@@ -3,16 +3,27 @@
 from typing import Literal
 
 from contract.wire.base import Message
-from contract.wire.bounds import Count, Id, LongText
+from contract.wire.bounds import Count, Id, LongText, StampNs
+
+CommandKind = Literal[
+    "hold", "resume", "announce", "stop_now", "mark", "start_recording", "stop_recording", "show_scene"
+]
+# Kinds that came later: only an agent whose hello says that it understands them can read them.
+LATER_KINDS: tuple[CommandKind, ...] = ("mark", "start_recording", "stop_recording", "show_scene")
 
 
 class Command(Message, frozen=True, tag="command"):
-    """An operator's or developer's word to one vehicle. Repeats of a command_id are harmless."""
+    """An operator's or developer's word to one vehicle. Repeats of a command_id are harmless.
+
+    text     announcement, reason of a hold, note of a mark or name of a recording
+    made_ns  when it was given, by the server's clock; 0 if that is not known
+    """
 
     epoch: Count
     command_id: Id
-    kind: Literal["hold", "resume", "announce", "stop_now"]
+    kind: CommandKind
     text: LongText = ""
+    made_ns: StampNs = 0
 
 
 class PassengerTap(Message, frozen=True, tag="passenger_tap"):

@@ -10,7 +10,7 @@ infrastructure. Others import them from here.
 """
 
 from contract.wire.base import Message
-from contract.wire.commands import Command, PassengerTap
+from contract.wire.commands import LATER_KINDS, Command, CommandKind, PassengerTap
 from contract.wire.events import (
     Blocked,
     BoardedHow,
@@ -38,6 +38,7 @@ from contract.wire.events import (
 )
 from contract.wire.infrastructure import Presence, PresenceRefused, PresenceReport
 from contract.wire.maps import MapPublished
+from contract.wire.onboard_scene import LimitAhead, OnboardScene, PathTimes, PathTrack, RoomTime, TickTimes
 from contract.wire.orders import (
     Grants,
     Order,
@@ -75,6 +76,7 @@ from contract.wire.status import (
 )
 
 __all__ = (
+    "LATER_KINDS",
     "OLDEST_PROTOCOL_VERSION",
     "PROTOCOL_VERSION",
     "AreaReport",
@@ -86,6 +88,7 @@ __all__ = (
     "CodeRefused",
     "Command",
     "CommandDone",
+    "CommandKind",
     "DestinationRequested",
     "DoorsChanged",
     "DriveMode",
@@ -102,15 +105,19 @@ __all__ = (
     "Headlights",
     "Hello",
     "HelpRequested",
+    "LimitAhead",
     "MapChangeFailed",
     "MapPublished",
     "Message",
     "ModeChanged",
+    "OnboardScene",
     "Order",
     "OrderAccepted",
     "OrderProgress",
     "OrderRejected",
     "PassengerTap",
+    "PathTimes",
+    "PathTrack",
     "Presence",
     "PresenceRefused",
     "PresenceReport",
@@ -119,12 +126,14 @@ __all__ = (
     "RiderDidNotAlight",
     "RiderNoShow",
     "RiderTask",
+    "RoomTime",
     "SeatButtonPressed",
     "SectionGrant",
     "SectionReleased",
     "ServerMessage",
     "Status",
     "TapAnswered",
+    "TickTimes",
     "TrackReport",
     "TurnSignal",
     "VehicleEvent",
@@ -138,7 +147,7 @@ __all__ = (
     "signed_hello",
 )
 
-VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport
+VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport | OnboardScene
 ServerMessage = (
     Challenge
     | Welcome

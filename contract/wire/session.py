@@ -24,6 +24,7 @@ PROTOCOL_VERSION = 2
 OLDEST_PROTOCOL_VERSION = 1
 # Boots whose events are not acknowledged yet.
 BOOTS_MAX = 1_000
+UNDERSTOOD_MAX = 100
 
 
 class Challenge(Message, frozen=True, tag="challenge"):
@@ -36,7 +37,10 @@ class Challenge(Message, frozen=True, tag="challenge"):
 
 
 class Hello(Message, frozen=True, tag="hello"):
-    """Vehicle: who I am, what I hold. `signature` is Ed25519 over `signed_hello(...)`, base64."""
+    """Vehicle: who I am, what I hold. `signature` is Ed25519 over `signed_hello(...)`, base64.
+
+    understands  the kinds of `Command` among `LATER_KINDS` that this agent can read
+    """
 
     protocol: ProtocolVersion
     vehicle_id: Id
@@ -51,6 +55,7 @@ class Hello(Message, frozen=True, tag="hello"):
     progress: OrderProgress | None = None
     seats: Seats = 6
     wheelchair_places: Places = 0
+    understands: Annotated[tuple[ShortText, ...], msgspec.Meta(max_length=UNDERSTOOD_MAX)] = ()
 
 
 def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> bytes:

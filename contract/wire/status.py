@@ -81,6 +81,7 @@ class DrivingView(msgspec.Struct, frozen=True):
     limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
     path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
     tracks      the nearest ones
+    guard       what the guard does against the plan, "" for nothing
     turn_signal, headlights, horn  as the by-wire module reports them; None where it has none
     """
 
@@ -91,6 +92,7 @@ class DrivingView(msgspec.Struct, frozen=True):
     turn_signal: TurnSignal | None = None
     headlights: Headlights | None = None
     horn: bool | None = None
+    guard: ShortText = ""
 
 
 class Status(Message, frozen=True, tag="status"):

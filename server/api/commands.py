@@ -23,6 +23,7 @@ from server.api.security.permissions import (
     MOVE,
     PLACE,
     PUBLISH_MAPS,
+    RECORD,
     REGISTER_WEBHOOKS,
     RUN_SERVICE,
     STOP,
@@ -255,6 +256,7 @@ def booking_key(developer: Actor | None, key: str | None) -> str | None:
 
 # One for each permission: the endpoint that takes it needs that permission.
 DispatchCommand = Annotated[Command, Depends(command_of(changing(DISPATCH)))]
+RecordCommand = Annotated[Command, Depends(command_of(changing(RECORD)))]
 ServiceCommand = Annotated[Command, Depends(command_of(changing(RUN_SERVICE)))]
 IncidentCommand = Annotated[Command, Depends(command_of(changing(HANDLE_INCIDENTS)))]
 StopCommand = Annotated[Command, Depends(command_of(changing(STOP)))]

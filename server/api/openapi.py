@@ -14,7 +14,9 @@ from pydantic.json_schema import models_json_schema
 from server.api.problems import MEDIA_TYPE, Problem
 from server.api.sockets.live import Refused, Watch
 from server.domain.record.statistics import DrivingFigures, ServiceFigures
+from server.live.onboard_scenes import ShownScene
 from server.live.past import FleetPast, FleetPositions
+from server.live.recorded_onboard import OnboardMoment
 from server.live.scene import Delta, Scene, Snapshot
 
 DESCRIPTION = """Book rides, follow them, run the fleet.
@@ -84,7 +86,19 @@ def _problem_schemas() -> dict[str, Any]:
 
 def _live_schemas() -> dict[str, Any]:
     _, schemas = msgspec.json.schema_components(
-        [Scene, Snapshot, Delta, Watch, Refused, FleetPast, FleetPositions, ServiceFigures, DrivingFigures],
+        [
+            Scene,
+            Snapshot,
+            Delta,
+            Watch,
+            Refused,
+            FleetPast,
+            FleetPositions,
+            OnboardMoment,
+            ShownScene,
+            ServiceFigures,
+            DrivingFigures,
+        ],
         ref_template=SCHEMA_REF,
     )
     _end_tuples(schemas)

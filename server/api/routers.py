@@ -20,11 +20,14 @@ from server.api.maps import vehicle_files
 from server.api.metrics import routes as metrics
 from server.api.openapi import openapi_of
 from server.api.operators import routes as operators
+from server.api.recordings import routes as recordings
+from server.api.replays import forks
 from server.api.replays import routes as replays
 from server.api.rides import notices, records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
 from server.api.runs import segments
+from server.api.scenes import routes as scenes
 from server.api.series import routes as series
 from server.api.service import routes as service
 from server.api.service import timetables
@@ -81,6 +84,7 @@ def bare_app(**options: Any) -> FastAPI:
         operators.router,
         audit.router,
         vehicles.router,
+        scenes.router,
         shifts.router,
         vehicles.enrolments,
         interventions.router,
@@ -88,6 +92,8 @@ def bare_app(**options: Any) -> FastAPI:
         shift_log.router,
         segments.router,
         runs.router,
+        recordings.router,
+        forks.router,
         replays.router,
         statistics.router,
         tokens.router,

@@ -18,9 +18,11 @@ from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
 from server.live.feed import SceneFeed
+from server.live.onboard_scenes import OnboardScenes
 from server.settings import Settings
 from server.store.segments.segment_store import SegmentStore
 from server.supervision.supervisor import Supervisor
+from server.usecases.planning.forks import Forks
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.maps import MapWorkshop
@@ -75,12 +77,14 @@ class Services:
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed
+    onboard: OnboardScenes
     supervisor: Supervisor
     access: AccessWatch
     measurements: Measurements
     limits: Limits
     has_our_tables: Callable[[], bool]
     maps: MapWorkshop
+    forks: Forks
     webhook_sender: WebhookSender | None
     push_sender: PushSender | None
     spans: RideSpans | None

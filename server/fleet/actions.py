@@ -10,6 +10,7 @@ from contract.wire.close_reasons import CloseCode
 from contract.wire.messages import (
     EventReport,
     Hello,
+    OnboardScene,
     OrderAccepted,
     OrderRejected,
     ServerMessage,
@@ -61,6 +62,10 @@ class NoteStatus(NamedTuple):
     status: Status
 
 
+class NoteScene(NamedTuple):
+    scene: OnboardScene
+
+
 @dataclass(frozen=True, slots=True)
 class NoteAnswer:
     answer: OrderAccepted | OrderRejected
@@ -72,5 +77,14 @@ class PushOutbox:
 
 
 Action = (
-    Send | Close | FindKey | OpenSession | StoreEvent | ReportViolation | NoteStatus | NoteAnswer | PushOutbox
+    Send
+    | Close
+    | FindKey
+    | OpenSession
+    | StoreEvent
+    | ReportViolation
+    | NoteStatus
+    | NoteScene
+    | NoteAnswer
+    | PushOutbox
 )

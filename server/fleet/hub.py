@@ -14,8 +14,9 @@ import structlog
 
 from contract.tracing import RideSpans
 from contract.wire.codec import decode_from_vehicle, encode
-from contract.wire.messages import EventReport, Status
+from contract.wire.messages import EventReport, OnboardScene, Status
 from server.domain.fleet.vehicles import StatusReport
+from server.fleet.brakings import BrakingWatch, HardBraking
 from server.fleet.event_intake import EventIntake
 from server.fleet.link import Link
 from server.fleet.link_ports import LinkPorts, Transport
@@ -29,6 +30,7 @@ from server.usecases.ports import topics
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.record.server_events import record_braking
 
 FLUSH_EVERY_S = 0.5
 PUSH_EVERY_S = 1.0
@@ -82,6 +84,7 @@ class Hub:
             ended=self._ended,
             store=self._events.take,
             note_status=self._note_status,
+            note_scene=self._note_scene,
             hello_timeout_s=hello_timeout_s,
             refused=RefusedHellos(clock),
             spans=spans,
@@ -97,6 +100,8 @@ class Hub:
         self._tasks: dict[asyncio.Task[None], _Job] = {}
         self._standing: list[asyncio.Task[None]] = []
         self._ended_sessions: list[tuple[str, int]] = []
+        self._braking_watch = BrakingWatch()
+        self._brakings: list[HardBraking] = []
         self._record = PeriodicTask("hub.record", self._record_reports, FLUSH_EVERY_S)
 
     async def start(self) -> None:
@@ -189,8 +194,16 @@ class Hub:
 
     def _note_status(self, report: StatusReport) -> None:
         self._statuses[report.vehicle_id] = report
+        braking = self._braking_watch.note(report)
+        if braking is not None:
+            self._brakings.append(braking)
         topic = topics.vehicle_live(self.campus_id, report.vehicle_id)
         self._publish(topic, encode(report.status))
+
+    def _note_scene(self, vehicle_id: str, scene: OnboardScene) -> None:
+        topic = topics.vehicle_scene(self.campus_id, vehicle_id)
+        if self._bus.wants(topic):
+            self._publish(topic, encode(scene))
 
     def _note_event(self, vehicle_id: str, report: EventReport) -> None:
         topic = topics.vehicle_event(self.campus_id, vehicle_id)
@@ -258,6 +271,7 @@ class Hub:
         """
         statuses, self._statuses = self._statuses, {}
         ended, self._ended_sessions = self._ended_sessions, []
+        brakings, self._brakings = self._brakings, []
         if not statuses and not ended:
             return
         reports = [report for _, report in sorted(statuses.items())]
@@ -267,12 +281,15 @@ class Hub:
                 vehicle_sessions.close_session(uow, vehicle_id, epoch)
             if reports:
                 vehicle_sessions.record_status(uow, reports)
+            for braking in brakings:
+                record_braking(uow, braking.vehicle_id, braking.at, braking.by)
 
         try:
             await self._transactions.run(work)
         except Exception:
             self._statuses = statuses | self._statuses
             self._ended_sessions = ended + self._ended_sessions
+            self._brakings = brakings + self._brakings
             raise
 
     async def _push_unanswered(self) -> None:

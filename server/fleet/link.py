@@ -37,6 +37,7 @@ from server.fleet.actions import (
     Close,
     FindKey,
     NoteAnswer,
+    NoteScene,
     NoteStatus,
     OpenSession,
     PushOutbox,
@@ -198,6 +199,8 @@ class Link:
             self._ports.store(self, action.report, action.received_ns)
         elif isinstance(action, NoteStatus):
             self._note(action.status)
+        elif isinstance(action, NoteScene):
+            self._ports.note_scene(self.vehicle_id, action.scene)
         elif isinstance(action, Send):
             self._transport.send(encode(action.message))
         elif isinstance(action, Close):
@@ -343,7 +346,7 @@ class Link:
         if published is not None and self.session.protocol < MAPS_SINCE_PROTOCOL:
             map_changes.note_old_agent(uow, self.vehicle_id)
             published = None
-        return outbox.outbox_of(uow, self.vehicle_id), published
+        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), published
 
     # ---------------------------------------------------------------- waiting, and the end
 

@@ -22,6 +22,7 @@ from contract.wire.messages import (
     EventReport,
     EventsAcknowledged,
     Hello,
+    OnboardScene,
     OrderAccepted,
     OrderRejected,
     ServerMessage,
@@ -34,6 +35,7 @@ from server.fleet.actions import (
     Close,
     FindKey,
     NoteAnswer,
+    NoteScene,
     NoteStatus,
     OpenSession,
     ReportViolation,
@@ -47,7 +49,7 @@ Actions = tuple[Action, ...]
 
 _VEHICLE_TAGS = frozenset(
     str(kind.__struct_config__.tag)
-    for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport)
+    for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport, OnboardScene)
 )
 
 
@@ -61,7 +63,17 @@ class _Tagged(msgspec.Struct):
 class VehicleSession:
     """Takes frames and the answers to its own actions; every method returns the next actions."""
 
-    __slots__ = ("_hello", "_nonce", "_violation", "boot_id", "epoch", "protocol", "state", "vehicle_id")
+    __slots__ = (
+        "_hello",
+        "_nonce",
+        "_violation",
+        "boot_id",
+        "epoch",
+        "protocol",
+        "state",
+        "understands",
+        "vehicle_id",
+    )
 
     def __init__(self, nonce: str) -> None:
         self.state: State = "challenged"
@@ -69,6 +81,7 @@ class VehicleSession:
         self.boot_id = ""
         self.epoch = 0
         self.protocol = 0
+        self.understands: tuple[str, ...] = ()
         self._nonce = nonce
         self._hello: Hello | HelloClaim | None = None
         self._violation = ""
@@ -154,6 +167,7 @@ class VehicleSession:
         self.state = "checking"
         self._hello, self.vehicle_id, self.boot_id = hello, hello.vehicle_id, hello.boot_id
         self.protocol = hello.protocol
+        self.understands = hello.understands if isinstance(hello, Hello) else ()
         return (FindKey(hello.vehicle_id),)
 
     def _open_received(self, message: VehicleMessage, server_ns: int) -> Actions:
@@ -164,6 +178,8 @@ class VehicleSession:
             return self.close("epoch_stale", f"frame of epoch {message.epoch}; this session is {self.epoch}")
         if isinstance(message, Status):
             return (NoteStatus(message),)
+        if isinstance(message, OnboardScene):
+            return (NoteScene(message),)
         if isinstance(message, EventReport):
             return (StoreEvent(message, server_ns),)
         return (NoteAnswer(message),)

@@ -23,6 +23,7 @@ from server.domain.record.incidents import Incident
 from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride
 from server.usecases.ports.past import PastPosition
+from server.usecases.record.server_events import BRAKING_EVENT
 
 MarkKind = Literal[
     "stop",
@@ -34,10 +35,18 @@ MarkKind = Literal[
     "seat_button",
     "incident",
     "intervention",
+    "note",
+    "recording",
 ]
 # Of the events of vehicles and of the server that become marks.
 EVENT_KINDS = ("mode_changed", "blocked", "fault_raised", "seat_button_pressed")
 STOP_KINDS = ("visit_changed",)
+# What operators mark of a recording, with its name or their note.
+RECORDING_MARKS: dict[str, MarkKind] = {
+    "vehicle.mark": "note",
+    "vehicle.start_recording": "recording",
+    "vehicle.stop_recording": "recording",
+}
 INTERVENTIONS = (
     "vehicle.hold",
     "vehicle.resume",
@@ -48,6 +57,8 @@ INTERVENTIONS = (
     "vehicle.reassigned",
     "vehicle.sent",
     "vehicle.placed",
+    *RECORDING_MARKS,
+    BRAKING_EVENT,
 )
 # The gate says by such a fault why it brakes.
 BRAKING = "gate_braking_"
@@ -76,7 +87,10 @@ class FleetPositions(msgspec.Struct, frozen=True):
 
 
 class Mark(msgspec.Struct, frozen=True):
-    """Something that happened. detail: a stable code, e.g. of a fault; by: who did it."""
+    """Something that happened. detail: a stable code, e.g. of a fault; by: who did it.
+
+    text  an operator's note, or the name of a recording
+    """
 
     at_ms: int
     kind: MarkKind
@@ -85,6 +99,7 @@ class Mark(msgspec.Struct, frozen=True):
     ride_id: str = ""
     detail: str = ""
     by: str = ""
+    text: str = ""
 
 
 class PastVehicle(msgspec.Struct, frozen=True):
@@ -170,10 +185,17 @@ def marks(
         )
         for one in incidents
     ]
-    found += [
-        Mark(ms_of(one.happened_at), "intervention", one.subject, detail=one.name, by=one.by) for one in said
-    ]
+    found += [_mark_of_server_event(one) for one in said]
     return sorted(found, key=lambda mark: (mark.at_ms, mark.vehicle_id, mark.kind, mark.detail))
+
+
+def _mark_of_server_event(event: ServerEvent) -> Mark:
+    at_ms, kind = ms_of(event.happened_at), RECORDING_MARKS.get(event.name)
+    if event.name == BRAKING_EVENT:
+        return Mark(at_ms, "braking", event.subject, detail=f"braking_by_{event.by}")
+    if kind is None:
+        return Mark(at_ms, "intervention", event.subject, detail=event.name, by=event.by)
+    return Mark(at_ms, kind, event.subject, detail=event.name, by=event.by, text=event.detail)
 
 
 def past_vehicle(vehicle: Vehicle) -> PastVehicle:

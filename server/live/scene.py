@@ -11,8 +11,8 @@ from typing import TypeVar
 import msgspec
 
 from contract.roads.model import Point
-from contract.wire.messages import DriveMode, Status, VisitKind, VisitState
-from server.domain.fleet.vehicles import CommandKind, CommandState
+from contract.wire.messages import CommandKind, DriveMode, Status, VisitKind, VisitState
+from server.domain.fleet.vehicles import CommandState
 from server.domain.planning.plans import RestReason
 
 T = TypeVar("T")

@@ -42,6 +42,7 @@ from server.store.record.audit import SqlAuditRepository
 from server.store.record.events import SqlEventRepository
 from server.store.record.identity import SqlIdentityRepository
 from server.store.record.incidents import SqlIncidentRepository
+from server.store.record.recordings import SqlRecordingRepository
 from server.store.record.runs import SqlRunRepository
 from server.store.record.second_factors import SqlSecondFactorRepository
 from server.store.record.service import SqlServiceRepository
@@ -71,6 +72,7 @@ from server.usecases.ports.records import (
     IdentityRepository,
     IncidentRepository,
     LeaseRepository,
+    RecordingRepository,
     RunRepository,
     SecondFactorRepository,
     WebhookRepository,
@@ -181,6 +183,7 @@ class SqlUnitOfWork:
         )
         self.events: EventRepository = self._events
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
+        self.recordings: RecordingRepository = SqlRecordingRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)
         self.second_factors: SecondFactorRepository = SqlSecondFactorRepository(connection, campus_id, lock)
         self.audit: AuditRepository = SqlAuditRepository(connection, campus_id, lock)

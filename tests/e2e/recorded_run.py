@@ -10,11 +10,19 @@ import zstandard
 from contract.geometry import Pose2
 from contract.roads.load import encode_map
 from contract.roads.network import RoadNetwork
-from contract.runlog.records import REPORT_TOPIC, RunHeader, TickRecord
+from contract.runlog.records import (
+    MARK_TOPIC,
+    ONBOARD_TOPIC,
+    REPORT_TOPIC,
+    RunHeader,
+    TickRecord,
+    recording_mark,
+)
 from contract.runlog.writer import SegmentWriter
 from contract.wire.codec import encode
 from contract.wire.messages import Status
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
+from tests.e2e.onboard_scene import a_scene
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 
 TICK_NS = 20_000_000
@@ -24,11 +32,20 @@ SPEED_MPS = 3.0
 
 
 def record_run(
-    path: Path, vehicle_id: str, boot_id: str, network: RoadNetwork, seconds: int, brakes_at_s: int = -1
+    path: Path,
+    vehicle_id: str,
+    boot_id: str,
+    network: RoadNetwork,
+    seconds: int,
+    brakes_at_s: int = -1,
+    mark: tuple[int, str] | None = None,
+    sees: bool = False,
 ) -> None:
     """The screen names the second, so that a picture tells its moment.
 
     brakes_at_s  for this second it says that it brakes hard
+    mark         an operator's: second and note
+    sees         with what it sees and plans
     """
     lane_id = max(network.lines, key=lambda lane: network.lines[lane].length_m)
     header = RunHeader(
@@ -49,6 +66,13 @@ def record_run(
         if tick % TICKS_PER_REPORT == 0:
             s_m = min(SPEED_MPS * stamp_ns / 1e9, network.lines[lane_id].length_m)
             writer.add(REPORT_TOPIC, stamp_ns, encode(_status(stamp_ns, network, lane_id, s_m, brakes_at_s)))
+            if sees:
+                x_m, y_m, _ = network.pose(lane_id, s_m)
+                writer.add(ONBOARD_TOPIC, stamp_ns, encode(a_scene(stamp_ns, x_m, y_m)))
+    if mark is not None:
+        stamp_ns = mark[0] * 1_000_000_000
+        entry = recording_mark(stamp_ns + UTC_OFFSET_NS, mark[1], "mark", "command-of-another-server")
+        writer.add(MARK_TOPIC, stamp_ns, msgspec.json.encode(entry))
     writer.close()
 
 

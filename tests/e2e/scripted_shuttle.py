@@ -13,6 +13,7 @@ from pathlib import Path
 from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import (
+    LATER_KINDS,
     Command,
     CommandDone,
     DoorsChanged,
@@ -37,6 +38,7 @@ from contract.wire.messages import (
     VisitState,
 )
 from contract.wire.reasons import FaultCode
+from tests.e2e.onboard_scene import a_scene
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import load_or_create_key, public_key_text, signature_text
@@ -60,6 +62,7 @@ BODY = VehicleExtent(front_m=3.5, back_m=0.85)
 PATIENCE_S = 12.0
 SCREEN_TO = "→ {name}"
 SCREEN_REST = "CAMPUSLOOP"
+SHOWN_S = 5.0
 
 
 @dataclass
@@ -102,6 +105,7 @@ class ScriptedShuttle:
         self._aboard: dict[str, RiderTask] = {}
         self._spoken = ""
         self._stood_s = 0.0
+        self._shown_until_s = 0.0
         self._events: list[VehicleEvent] = []
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
@@ -186,7 +190,9 @@ class ScriptedShuttle:
     def _obey(self, command: Command) -> None:
         if command.kind == "announce":
             self._spoken = command.text
-        else:
+        elif command.kind == "show_scene":
+            self._shown_until_s = time.monotonic() + SHOWN_S
+        elif command.kind not in LATER_KINDS:
             self._mode = "autonomous" if command.kind == "resume" else "held"
             self._events.append(ModeChanged(self._mode, detail=command.kind))
         self._events.append(CommandDone(command.command_id, True))
@@ -278,7 +284,13 @@ class ScriptedShuttle:
         events, self._events = tuple(self._events), []
         now_ns = time.monotonic_ns()
         news = TickUpdate(
-            now_ns, self._status(now_ns), events, answers, memory=b"scripted", progress=self._holding()
+            now_ns,
+            self._status(now_ns),
+            events,
+            answers,
+            memory=b"scripted",
+            progress=self._holding(),
+            scene=a_scene(now_ns) if time.monotonic() < self._shown_until_s else None,
         )
         self._desk.process_update(news, now_ns)
         self._client.wake()

@@ -94,6 +94,11 @@ class ServerProcess:
         self.await_vehicle(vehicle_id, held=False)
         return shuttle
 
+    def enter_vehicle(self, vehicle_id: str, name: str) -> None:
+        """One that has never been heard."""
+        new = {"vehicle_id": vehicle_id, "name": name, "seats": 6, "wheelchair_places": 1}
+        self.change("POST", "/enrolments/codes", new)
+
     def new_viewer(self, name: str = "viewer") -> tuple[str, str]:
         """Name and password of an operator who only looks."""
         made = self.change("POST", "/operators", {"name": name, "roles": ["viewer"]})

@@ -9,7 +9,14 @@ from pathlib import Path
 import msgspec
 import structlog
 
-from contract.wire.messages import OrderAccepted, OrderProgress, OrderRejected, Status, VehicleEvent
+from contract.wire.messages import (
+    OnboardScene,
+    OrderAccepted,
+    OrderProgress,
+    OrderRejected,
+    Status,
+    VehicleEvent,
+)
 from vehicle_agent.link.outbox import Outbox
 from vehicle_agent.link.session import Identity, Sign, VehicleSession
 
@@ -21,6 +28,7 @@ class TickUpdate(msgspec.Struct, frozen=True):
 
     memory    the mission's memory, MessagePack, when it has changed
     progress  the order's progress for the next hello, when memory has changed
+    scene     for an operator who asked for it
     """
 
     stamp_ns: int
@@ -29,6 +37,7 @@ class TickUpdate(msgspec.Struct, frozen=True):
     answers: tuple[OrderAccepted | OrderRejected, ...] = ()
     memory: bytes | None = None
     progress: OrderProgress | None = None
+    scene: OnboardScene | None = None
 
 
 class LinkBridge:
@@ -79,6 +88,8 @@ class LinkBridge:
             self.session.answer(answer)
         if update.report is not None:
             self.session.report(update.report)
+        if update.scene is not None:
+            self.session.show(update.scene)
 
     def close(self) -> None:
         self._outbox.close()

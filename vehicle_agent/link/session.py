@@ -11,6 +11,7 @@ import msgspec
 from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
+    LATER_KINDS,
     PROTOCOL_VERSION,
     Challenge,
     ClockProbe,
@@ -23,6 +24,7 @@ from contract.wire.messages import (
     Hello,
     MapPublished,
     Message,
+    OnboardScene,
     Order,
     OrderAccepted,
     OrderProgress,
@@ -159,6 +161,11 @@ class VehicleSession:
         if self.is_open:
             self._send(msgspec.structs.replace(status, epoch=self.epoch))
 
+    def show(self, scene: OnboardScene) -> None:
+        """Sends a scene that an operator asked for, if connected; a scene is never kept."""
+        if self.is_open:
+            self._send(msgspec.structs.replace(scene, epoch=self.epoch))
+
     def answer(self, answer: OrderAccepted | OrderRejected) -> None:
         """Sends an answer to an order, if connected; the mission's memory must be on disk.
 
@@ -192,6 +199,7 @@ class VehicleSession:
             progress=self.progress,
             seats=identity.seats,
             wheelchair_places=identity.wheelchair_places,
+            understands=LATER_KINDS,
         )
         self._send(hello)
 

@@ -14,6 +14,9 @@ from vehicle_agent.mission.sections import OccupiedSection
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import Ego
 
+# A scene is for somebody who looks now: a request that has waited longer is not executed.
+SCENE_WITHIN_NS = 10_000_000_000
+
 
 def take_order(state: MissionState, order: Order, network: RoadNetwork, ego: Ego) -> MissionState:
     """Accepts and follows the order, or rejects it. A repeat is accepted again and changes nothing."""
@@ -70,7 +73,10 @@ def take_grants(state: MissionState, grants: Grants) -> MissionState:
 def execute_command(
     state: MissionState, command: Command, network: RoadNetwork, rules: MissionRules, ego: Ego
 ) -> MissionState:
-    """Holds, stops, resumes or announces; each command is executed once. A failed one may be repeated."""
+    """Holds, stops, resumes, announces, or marks the recording; each command is executed once.
+
+    A failed one may be repeated.
+    """
     if command.command_id in state.memory.heard:
         return state
     detail = ""
@@ -86,6 +92,10 @@ def execute_command(
             state = state.after(announcement=command.text, announced_ns=state.stamp_ns)
         case "resume":
             state, detail = _resume(state, network, ego)
+        case "mark" | "start_recording" | "stop_recording":
+            pass  # The recorder writes them into the run log.
+        case "show_scene":
+            detail = _why_no_scene(state, command)
     if not detail:
         heard = remembered(state.memory.heard, command.command_id)
         state = state.after(memory=msgspec.structs.replace(state.memory, heard=heard))
@@ -134,6 +144,14 @@ def _resume(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[Missio
         if reason is not None:
             return state, detail or "the vehicle is not on a lane of the map: drive it onto one by hand"
     return state.after(held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns), ""
+
+
+def _why_no_scene(state: MissionState, command: Command) -> str:
+    """Why the vehicle does not show its scene now; "" if it does."""
+    now_ns = state.server_now_ns()
+    if now_ns is None or now_ns - command.made_ns > SCENE_WITHIN_NS:
+        return "the request for the scene came too late: ask again"
+    return ""
 
 
 def _start(

@@ -30,6 +30,7 @@ def driving_view(flow: Flow) -> DrivingView:
         turn_signal=flow.motion.turn_signal,
         headlights=flow.motion.headlights,
         horn=flow.motion.horn,
+        guard=flow.guard_status.intervened,
     )
 
 

@@ -47,6 +47,7 @@ def _request(job: PlanJob, decision: Decision, rules: BehaviourRules) -> MotionR
         agents=_agents(job, decision, rules),
         warm=warm,
         s_hint_m=decision.s_m,
+        speed_reasons=decision.reasons,
     )
 
 
@@ -117,4 +118,5 @@ def _answer(job: PlanJob, decision: Decision, motion: Motion) -> PlanAnswer:
         yields_to=motion.yields_to,
         violations=motion.violations,
         memory=memory,
+        graph=motion.graph,
     )

@@ -52,8 +52,11 @@ from vehicle_agent.signals.inbox import (
 )
 from vehicle_agent.signals.outputs import Flow, Outputs
 from vehicle_agent.signals.plans import (
+    UNBOUNDED_CM,
     Corridor,
     Path,
+    PathGraph,
+    PathLimit,
     PlanAnswer,
     PlanJob,
     PlanMemory,
@@ -93,6 +96,7 @@ __all__ = [
     "OTHER",
     "PEDESTRIAN",
     "TRACK_KINDS",
+    "UNBOUNDED_CM",
     "VEHICLE",
     "Actuation",
     "Ages",
@@ -126,6 +130,8 @@ __all__ = [
     "ObstaclePercept",
     "Outputs",
     "Path",
+    "PathGraph",
+    "PathLimit",
     "PedestrianPresence",
     "Percept",
     "PlanAnswer",

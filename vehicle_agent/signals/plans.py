@@ -138,6 +138,39 @@ class PlanJob(msgspec.Struct, frozen=True, tag="plan_job"):
     held_jerk_mps3: float | None = None
 
 
+class PathLimit(msgspec.Struct, frozen=True):
+    """A speed limit on a stretch of the path, ways from the plan's start."""
+
+    from_m: float
+    to_m: float
+    speed_mps: float
+    reason: SpeedLimitReason
+
+
+class PathGraph(msgspec.Struct, frozen=True):
+    """The s-t graph of a plan, for people to read: nothing drives by it. Ways in centimetres, int16.
+
+    dt_s               between knots
+    way_cm             (K,) of the rear axle from the plan's start: the motion that was chosen
+    low_cm, high_cm    (K,) the corridor; UNBOUNDED_CM and -UNBOUNDED_CM where nothing bounds it
+    ids                (a,) tracks that come onto the path
+    from_cm, to_cm     (K, a) the stretch that each occupies; from > to: none
+    limits             by place, nearest first
+    """
+
+    dt_s: float
+    way_cm: np.ndarray
+    low_cm: np.ndarray
+    high_cm: np.ndarray
+    ids: np.ndarray
+    from_cm: np.ndarray
+    to_cm: np.ndarray
+    limits: tuple[PathLimit, ...]
+
+
+UNBOUNDED_CM = 32_000
+
+
 class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
     """The motion planner's answer to the job of the same number.
 
@@ -148,6 +181,7 @@ class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
     yields_to    ids of the tracks that it slows or stops for
     violations   what the independent check found wrong, empty for a feasible trajectory
     memory       handed back with the next job
+    graph        None without a plan on a path
     """
 
     number: int
@@ -159,6 +193,7 @@ class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
     yields_to: np.ndarray
     violations: tuple[str, ...]
     memory: PlanMemory
+    graph: PathGraph | None = None
 
 
 class Path(msgspec.Struct, frozen=True):

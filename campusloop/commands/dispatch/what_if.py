@@ -13,13 +13,6 @@ from rich.table import Column, Table
 
 from campusloop.commands.dispatch.explain import DatabaseUrl
 from campusloop.commands.dispatch.output import JsonPath, refuse, write_json
-from campusloop.studies.dispatch.day_figures import DayFigures, figures_of
-from campusloop.studies.dispatch.fleet_day import (
-    POLICIES,
-    Policy,
-    Shuttle,
-    run_day,
-)
 from campusloop.studies.dispatch.ride_demand import (
     RideNotOnMap,
     booked_between,
@@ -31,6 +24,13 @@ from contract.roads.load import MapError, load_map
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
+from server.usecases.planning.day_figures import DayFigures, figures_of
+from server.usecases.planning.fleet_day import (
+    POLICIES,
+    Policy,
+    Shuttle,
+    run_day,
+)
 from simulator.demand.day import WantedRide
 from simulator.demand.table import RideTableError, read_rides
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from datetime import datetime
 
-from campusloop.studies.dispatch.fleet_day import Shuttle
 from server.domain.rides.rides import Ride, RideState
 from server.travel.fleet_roads import FleetRoads
+from server.usecases.planning.fleet_day import Shuttle
 from server.usecases.ports.unit_of_work import UnitOfWork
 from simulator.demand.day import WantedRide
 

@@ -11,7 +11,9 @@ import msgspec
 RideState = Literal[
     "requested", "assigned", "boarding", "aboard", "completed", "refused", "cancelled", "no_show", "failed"
 ]
-CommandKind = Literal["hold", "resume", "announce", "stop_now"]
+CommandKind = Literal[
+    "hold", "resume", "announce", "stop_now", "mark", "start_recording", "stop_recording", "show_scene"
+]
 CommandState = Literal["pending", "done", "failed"]
 
 

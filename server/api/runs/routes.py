@@ -14,6 +14,8 @@ from server.api.campus.schemas import MapGeometry, map_geometry
 from server.api.formats import NAME_PATTERN, BootId, VehicleId
 from server.api.paging import LIMIT_MAX, Page, microseconds_of, moment_of, paged
 from server.api.problems import SegmentStoreUnavailable, problems
+from server.api.recordings.schemas import RunMark
+from server.api.runs.marks import known_marks, run_marks, run_span
 from server.api.runs.schemas import RunView, run_view
 from server.api.runs.segments import fetched
 from server.api.security.access import READER_REFUSALS, Reader
@@ -24,6 +26,7 @@ from server.domain.orders.orders import IssuedOrder
 from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride
 from server.live.recorded import OrderKey, Report, recorded_network, recorded_reports, recorded_scenes
+from server.live.recorded_onboard import recorded_onboard
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
@@ -31,6 +34,7 @@ from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 router = APIRouter(prefix="/runs", tags=["runs"])
 
 FRAMES_MAX = 3000
+ONBOARD_S_MAX = 30
 
 
 @router.get("", operation_id="list_runs", responses=paged(*READER_REFUSALS))
@@ -99,6 +103,61 @@ async def get_run_scenes(
         return msgspec.json.encode(scenes)
 
     return Response(await services.offload.run(work), media_type="application/json")
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/onboard",
+    operation_id="get_run_onboard",
+    response_class=Response,
+    responses=problems(RunUnknown, SegmentStoreUnavailable, *READER_REFUSALS)
+    | {
+        200: {
+            "description": "In order of time, 5 a second. Empty for runs of an older agent.",
+            "content": {
+                "application/json": {
+                    "schema": {"type": "array", "items": {"$ref": "#/components/schemas/OnboardMoment"}}
+                }
+            },
+        }
+    },
+)
+async def get_run_onboard(
+    vehicle_id: VehicleId,
+    boot_id: BootId,
+    services: InjectedServices,
+    _: Reader,
+    from_ms: Annotated[int, Query(ge=0, le=1 << 43, description="Unix time")],
+    seconds: Annotated[int, Query(ge=1, le=ONBOARD_S_MAX)] = 10,
+) -> Response:
+    """What the vehicle saw and planned: obstacle cells, limits, the s-t graph, the times of its ticks."""
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = await _kept(services, run)
+
+    def work() -> bytes:
+        return msgspec.json.encode(recorded_onboard(paths, from_ms, from_ms + 1000 * seconds))
+
+    return Response(await services.offload.run(work), media_type="application/json")
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/marks",
+    operation_id="get_run_marks",
+    responses=problems(RunUnknown, SegmentStoreUnavailable, *READER_REFUSALS),
+)
+async def get_run_marks(
+    vehicle_id: VehicleId, boot_id: BootId, services: InjectedServices, _: Reader
+) -> list[RunMark]:
+    """Operators' marks, and where recordings begin and end, in order of time.
+
+    Those of the files, and those that the server knows and no file has yet.
+    """
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = await _kept(services, run)
+    span = await services.offload.run(lambda: run_span(run, paths))
+    known: list[RunMark] = []
+    if span is not None:
+        known = await services.transactions.read(lambda uow: known_marks(uow, vehicle_id, span))
+    return await services.offload.run(lambda: run_marks(paths, known))
 
 
 @router.get(

@@ -6,9 +6,11 @@ from fastapi import APIRouter, Request, Response
 from starlette.responses import FileResponse
 
 from contract.runlog.extent import extent
+from contract.runlog.indexed import logged_marks
 from contract.runlog.reader import RunLogError, open_segment
+from contract.runlog.records import RunHeader
 from contract.wire.upload import signed_segment
-from server.api.formats import Sha256
+from server.api.formats import NAME_PATTERN, Sha256
 from server.api.problems import (
     SegmentHashWrong,
     SegmentStoreUnavailable,
@@ -22,6 +24,7 @@ from server.api.security.access import READER_REFUSALS, Reader
 from server.api.security.vehicle_signature import Signature, SigningVehicle, check_signature
 from server.api.services import InjectedServices, Services
 from server.domain.errors import KeyUnknown, SegmentConflict, SegmentUnknown, VehicleUnknown
+from server.domain.record.recordings import VehicleMoment
 from server.domain.record.runs import Segment
 from server.store.segments.incoming import SegmentHashError, SegmentSizeError
 from server.store.segments.segment_store import SegmentStoreError
@@ -31,6 +34,8 @@ router = APIRouter(prefix="/runs/segments", tags=["runs"])
 
 # Above every setting of segment_bytes_max, which is what counts.
 SEGMENT_BYTES_LIMIT = 1 << 40
+# A segment, and the commands to recordings that are marked in it.
+Received = tuple[Segment, dict[str, VehicleMoment]]
 MEDIA_TYPE = "application/octet-stream"
 
 
@@ -71,8 +76,8 @@ async def put_segment(
     if known is not None:
         response.status_code = 200
         return segment_view(known)
-    segment = await _receive(services, request, vehicle_id, sha256)
-    if not await services.transactions.run(lambda uow: runs.add_segment(uow, segment)):
+    segment, ends = await _receive(services, request, vehicle_id, sha256)
+    if not await services.transactions.run(lambda uow: runs.add_segment(uow, segment, ends)):
         response.status_code = 200
     return segment_view(segment)
 
@@ -107,7 +112,7 @@ async def fetched(services: Services, sha256: str) -> Path | None:
         raise SegmentStoreUnavailable(str(error)) from error
 
 
-async def _receive(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:
+async def _receive(services: Services, request: Request, vehicle_id: str, sha256: str) -> Received:
     """The segment, of which all bytes are kept now. Raises SegmentStoreUnavailable."""
     try:
         return await _received(services, request, vehicle_id, sha256)
@@ -115,7 +120,7 @@ async def _receive(services: Services, request: Request, vehicle_id: str, sha256
         raise SegmentStoreUnavailable(f"the upload cannot be kept now ({error}); send it again") from error
 
 
-async def _received(services: Services, request: Request, vehicle_id: str, sha256: str) -> Segment:
+async def _received(services: Services, request: Request, vehicle_id: str, sha256: str) -> Received:
     """Raises OSError."""
     store, offload = services.segments, services.offload
     with store.receive(sha256, services.ids.new_id("upload")) as incoming:
@@ -127,12 +132,12 @@ async def _received(services: Services, request: Request, vehicle_id: str, sha25
             raise SegmentTooLarge(str(error)) from error
         except SegmentHashError as error:
             raise SegmentHashWrong(f"{error}; send the segment again") from error
-        segment = await offload.run(lambda: _described(services, path, vehicle_id, sha256))
+        received = await offload.run(lambda: _described(services, path, vehicle_id, sha256))
         try:
             await offload.run(lambda: store.keep(incoming))
         except SegmentStoreError as error:
             raise SegmentStoreUnavailable(f"{error}; send the segment again") from error
-    return segment
+    return received
 
 
 async def _kept(services: Services, vehicle_id: str, sha256: str) -> Segment | None:
@@ -148,7 +153,7 @@ async def _kept(services: Services, vehicle_id: str, sha256: str) -> Segment | N
         raise SegmentStoreUnavailable(f"{error}; send the segment again") from error
 
 
-def _described(services: Services, path: Path, vehicle_id: str, sha256: str) -> Segment:
+def _described(services: Services, path: Path, vehicle_id: str, sha256: str) -> Received:
     try:
         header = open_segment(path).header
         first_ns, last_ns = extent(path)
@@ -156,7 +161,7 @@ def _described(services: Services, path: Path, vehicle_id: str, sha256: str) -> 
         raise SegmentUnreadable(f"{error.code}: not a run segment that can be used") from error
     if header.vehicle_id != vehicle_id:
         raise SignatureWrong(f"the segment was recorded by {header.vehicle_id}, not by {vehicle_id}")
-    return Segment(
+    segment = Segment(
         campus_id=services.campus_id,
         vehicle_id=vehicle_id,
         boot_id=header.boot_id,
@@ -167,3 +172,17 @@ def _described(services: Services, path: Path, vehicle_id: str, sha256: str) -> 
         last_ns=last_ns - header.utc_offset_ns,
         received_at=services.clock.now(),
     )
+    return segment, _recording_ends(path, header)
+
+
+def _recording_ends(path: Path, header: RunHeader) -> dict[str, VehicleMoment]:
+    """Where recordings begin and end in the sound part of a segment, by the vehicle's clock."""
+    ends: dict[str, VehicleMoment] = {}
+    try:
+        for log_ns, mark in logged_marks(path):
+            if mark.name != "mark":
+                ends[mark.mark_id] = VehicleMoment(header.boot_id, log_ns - header.utc_offset_ns)
+    except RunLogError as error:
+        if error.code not in ("truncated", "damaged"):
+            raise
+    return ends

@@ -21,6 +21,8 @@ class Permission:
 LOOK = Permission(("viewer",), "read")
 # Rides, roads, messages; with tokens and without.
 DISPATCH = Permission(("dispatcher",), "drive")
+# Marks and recordings of what a vehicle records always, and what it sees now.
+RECORD = Permission(("dispatcher", "safety"), "drive")
 PREVIEW = Permission(("dispatcher", "safety"), "drive")
 RUN_SERVICE = Permission(("dispatcher",))
 # What operators write about people is theirs alone.

@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
+from contract.wire.messages import CommandKind
 from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason
 from server.api.formats import FreeText, Name
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
@@ -176,7 +177,7 @@ class CommandView(BaseModel):
 
     command_id: str
     vehicle_id: str
-    kind: Literal["hold", "resume", "announce", "stop_now"]
+    kind: CommandKind
     text: str
     state: Literal["pending", "done", "failed"]
     detail: str = Field(description="The vehicle's reason when it refused; empty otherwise.")

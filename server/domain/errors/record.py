@@ -33,6 +33,36 @@ class AuditEntryUnknown(DomainError):
     code = "audit_entry_unknown"
 
 
+class ForkImpossible(DomainError):
+    """The past cannot be forked at this moment: there is nothing to dispatch, or too much."""
+
+    code = "fork_impossible"
+
+
+class ForksBusy(DomainError):
+    """This server computes as many forks as it may; try again when they are done."""
+
+    code = "forks_busy"
+
+
+class RecordingUnknown(DomainError):
+    """No recording has this id."""
+
+    code = "recording_unknown"
+
+
+class RecordingUnderWay(DomainError):
+    """The vehicle has a recording that has not been stopped; stop it first."""
+
+    code = "recording_under_way"
+
+
+class RecordingOver(DomainError):
+    """The recording has been stopped already, or the vehicle refused it."""
+
+    code = "recording_over"
+
+
 class IncidentUnknown(DomainError):
     """No incident has this id."""
 

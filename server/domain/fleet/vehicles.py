@@ -5,10 +5,9 @@ from datetime import datetime
 from typing import Literal
 
 from contract.wire.bounds import SEATS_MAX
-from contract.wire.messages import DriveMode, Status
+from contract.wire.messages import CommandKind, DriveMode, Status
 from server.domain.fleet.shifts import Shifts
 
-CommandKind = Literal["hold", "resume", "announce", "stop_now"]
 CommandState = Literal["pending", "done", "failed"]
 
 

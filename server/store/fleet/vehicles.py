@@ -11,7 +11,7 @@ import structlog
 from sqlalchemy import Connection, Select, bindparam, func, select
 from sqlalchemy.sql import ColumnElement
 
-from contract.wire.messages import Status
+from contract.wire.messages import CommandKind, Status
 from server.domain.fleet.shifts import Shifts
 from server.domain.fleet.vehicles import (
     StatusReport,
@@ -145,6 +145,24 @@ class SqlVehicleRepository(Repository):
         named = {"campus_id": self._campus_id, "vehicle_ids": list(vehicle_ids)}
         rows = self._connection.execute(_LAST_COMMANDS, named).all()
         return {row.vehicle_id: _command_from_row(row) for row in rows}
+
+    def newest_command(self, vehicle_id: str, kind: CommandKind) -> VehicleCommand | None:
+        chosen = self._select(
+            tables.vehicle_commands, _command.vehicle_id == vehicle_id, _command.kind == kind
+        )
+        ordered = chosen.order_by(_command.made_at.desc(), _command.command_id.desc())
+        row = self._connection.execute(ordered.limit(1)).first()
+        return None if row is None else _command_from_row(row)
+
+    def marks(self, vehicle_id: str, since: datetime, until: datetime) -> tuple[VehicleCommand, ...]:
+        chosen = self._select(
+            tables.vehicle_commands,
+            _command.vehicle_id == vehicle_id,
+            _command.kind == "mark",
+            _command.made_at >= since,
+            _command.made_at < until,
+        )
+        return tuple(_command_from_row(row) for row in self._many(chosen.order_by(_command.made_at)))
 
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
         named = {"campus_id": self._campus_id, "vehicle_id": vehicle_id}

@@ -56,6 +56,27 @@ segments = Table(
     instant("received_at"),
     UniqueConstraint("campus_id", "vehicle_id", "boot_id", "number"),
 )
+recordings = Table(
+    "recordings",
+    metadata,
+    campus_key(),
+    key("recording_id"),
+    string("vehicle_id"),
+    string("name", 500),
+    instant("started_at"),
+    string("started_by", 200),
+    string("state"),
+    string("stop_id"),
+    optional_instant("stopped_at"),
+    string("stopped_by", 200),
+    string("begun_boot"),
+    Column("begun_ns", BigInteger, nullable=False),
+    string("ended_boot"),
+    Column("ended_ns", BigInteger, nullable=False),
+    text("detail"),
+    Index(None, "campus_id", "started_at"),
+    Index(None, "campus_id", "vehicle_id", "started_at"),
+)
 operators = Table(
     "operators",
     metadata,

@@ -21,7 +21,6 @@ from contract.wire.messages import (
     SeatButtonPressed,
     SectionReleased,
     TapAnswered,
-    VehicleEvent,
     VisitChanged,
 )
 from contract.wire.sequence import SequenceGap, is_new
@@ -36,6 +35,7 @@ from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.ports.vehicles import EventStore
+from server.usecases.record import recordings
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.rides import boarding
 
@@ -102,7 +102,7 @@ def _apply(uow: UnitOfWork, vehicle: Vehicle, event: RecordedEvent) -> EventResu
     if not store_event(uow.events, event):
         return EventResult(False, uow.events.count(event.vehicle_id, event.boot_id))
     _note_heard(uow, event.vehicle_id)
-    _take_effect(uow, vehicle, event.body)
+    _take_effect(uow, vehicle, event)
     if not isinstance(event.body, _KEPT_ONLY):
         uow.publish(topics.vehicle(uow.campus_id, event.vehicle_id), sequence=event.sequence)
     return EventResult(True, event.sequence + 1)
@@ -126,8 +126,8 @@ _KEPT_ONLY = (
 )
 
 
-def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
-    vehicle_id = vehicle.vehicle_id
+def _take_effect(uow: UnitOfWork, vehicle: Vehicle, event: RecordedEvent) -> None:
+    vehicle_id, body = vehicle.vehicle_id, event.body
     match body:
         case DoorsChanged():
             pass  # shown from the status; the event is kept for the record
@@ -155,6 +155,7 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, body: VehicleEvent) -> None:
             conditions.seat_button(uow, vehicle, body)
         case CommandDone():
             conditions.command_done(uow, vehicle, body)
+            recordings.command_answered(uow, event)
         case TapAnswered():
             conditions.tap_answered(uow, vehicle, body)
         case CodeRefused():

@@ -5,7 +5,7 @@ A hold, a recall and a reassignment also change the plans of the fleet; `interve
 
 from dataclasses import dataclass
 
-from server.domain.errors import NoRestingPlaceFree, PlanChanged
+from server.domain.errors import NoRestingPlaceFree, PlanChanged, VehicleNotConnected
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.planning.plans import PlannedVisit
 from server.domain.rides.effects import Effects, Intervention
@@ -60,6 +60,13 @@ def stop_now(uow: UnitOfWork, vehicle_id: str, by: str) -> VehicleCommand:
 def announce(uow: UnitOfWork, vehicle_id: str, by: str, text: str) -> VehicleCommand:
     """Say a text aloud in a vehicle and show it on its screen. Raises VehicleUnknown."""
     return send_command(uow, vehicle_id, "announce", by, text)
+
+
+def show_scene(uow: UnitOfWork, vehicle_id: str, by: str) -> VehicleCommand:
+    """Let a vehicle send what it sees, for a minute. Raises VehicleUnknown, VehicleNotConnected."""
+    if not enrolled_vehicle(uow, vehicle_id).connected:
+        raise VehicleNotConnected(f"{vehicle_id} is out of reach; nothing that it sees can come now")
+    return send_command(uow, vehicle_id, "show_scene", by)
 
 
 def send(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> SentVehicle:

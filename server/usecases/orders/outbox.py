@@ -1,15 +1,18 @@
 """Everything that the server has to send to one vehicle now."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import msgspec
 
-from contract.wire.messages import Command, Grants, Order, PassengerTap
+from contract.wire.messages import LATER_KINDS, Command, Grants, Order, PassengerTap
 from server.domain.fleet.vehicles import Vehicle
+from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.usecases.orders.order_payload import expiry_ns, with_codes
 from server.usecases.orders.sections import grants_of
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import recordings
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
 
@@ -26,8 +29,11 @@ class Outbox:
     taps: tuple[PassengerTap, ...]
 
 
-def outbox_of(uow: UnitOfWork, vehicle_id: str) -> Outbox:
-    """Order, grants, commands and taps, stamped with the vehicle's epoch. Raises VehicleUnknown."""
+def outbox_of(uow: UnitOfWork, vehicle_id: str, understands: Sequence[str] = LATER_KINDS) -> Outbox:
+    """Order, grants, commands and taps, stamped with the vehicle's epoch. Raises VehicleUnknown.
+
+    understands  see `recordings.deliverable`
+    """
     vehicle = enrolled_vehicle(uow, vehicle_id)
     epoch = vehicle.epoch
     order, grants = _driving(uow, vehicle)
@@ -35,8 +41,8 @@ def outbox_of(uow: UnitOfWork, vehicle_id: str) -> Outbox:
         order=order,
         grants=grants,
         commands=tuple(
-            Command(epoch, command.command_id, command.kind, command.text)
-            for command in uow.vehicles.pending_commands(vehicle_id)
+            Command(epoch, command.command_id, command.kind, command.text, ns_of(command.made_at))
+            for command in recordings.deliverable(uow, uow.vehicles.pending_commands(vehicle_id), understands)
         ),
         taps=tuple(
             PassengerTap(epoch, tap.tap_id, tap.ride_id, tap.kind)

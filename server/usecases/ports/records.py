@@ -9,9 +9,13 @@ from server.domain.record.audit import AuditEntry, Head
 from server.domain.record.events import ServerEvent
 from server.domain.record.identity import DeveloperToken, EnrolmentCode, Operator, OperatorSession, VehicleKey
 from server.domain.record.incidents import Incident, IncidentKind
+from server.domain.record.recordings import Recording
 from server.domain.record.runs import Run, Segment
 from server.domain.record.second_factors import SecondFactor
 from server.domain.record.webhooks import Webhook
+
+# When it was started, and its id.
+RecordingPosition = tuple[datetime, str]
 
 
 class IncidentRepository(Protocol):
@@ -40,6 +44,28 @@ class RunRepository(Protocol):
     def segment(self, sha256: str) -> Segment | None: ...
 
     def add_segment(self, segment: Segment) -> None: ...
+
+
+class RecordingRepository(Protocol):
+    def get(self, recording_id: str) -> Recording | None: ...
+
+    def of_command(self, command_id: str) -> Recording | None:
+        """The one that this command starts or stops."""
+        ...
+
+    def newest_of(self, vehicle_id: str) -> Recording | None: ...
+
+    def newest(
+        self, vehicle_id: str | None = None, limit: int = 100, after: RecordingPosition | None = None
+    ) -> tuple[Recording, ...]:
+        """Newest first."""
+        ...
+
+    def of_time(self, vehicle_id: str, since: datetime, until: datetime) -> tuple[Recording, ...]:
+        """Those that lie in [since, until) in part, oldest first."""
+        ...
+
+    def save(self, recording: Recording) -> None: ...
 
 
 class IdentityRepository(Protocol):

@@ -27,6 +27,7 @@ from server.usecases.ports.records import (
     IdentityRepository,
     IncidentRepository,
     LeaseRepository,
+    RecordingRepository,
     RunRepository,
     SecondFactorRepository,
     WebhookRepository,
@@ -70,6 +71,7 @@ class UnitOfWork(Protocol):
     maps: MapRepository
     map_drafts: MapDraftRepository
     runs: RunRepository
+    recordings: RecordingRepository
     identity: IdentityRepository
     second_factors: SecondFactorRepository
     audit: AuditRepository

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Protocol
 
-from contract.wire.messages import Status
+from contract.wire.messages import CommandKind, Status
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleCommand, Whereabouts
 from server.domain.record.events import RecordedEvent, ServerEvent
 
@@ -59,6 +59,12 @@ class VehicleRepository(Protocol):
     def save_command(self, command: VehicleCommand) -> None: ...
 
     def command(self, command_id: str) -> VehicleCommand | None: ...
+
+    def newest_command(self, vehicle_id: str, kind: CommandKind) -> VehicleCommand | None: ...
+
+    def marks(self, vehicle_id: str, since: datetime, until: datetime) -> tuple[VehicleCommand, ...]:
+        """Commands that mark its recording, given in [since, until), oldest first."""
+        ...
 
     def pending_commands(self, vehicle_id: str) -> tuple[VehicleCommand, ...]:
         """Oldest first."""

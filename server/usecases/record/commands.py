@@ -1,8 +1,9 @@
-"""Sends commands to one vehicle: hold, resume, stop now, announce."""
+"""Sends commands to one vehicle."""
 
 from dataclasses import replace
 
-from server.domain.fleet.vehicles import CommandKind, VehicleCommand
+from contract.wire.messages import CommandKind
+from server.domain.fleet.vehicles import VehicleCommand
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle

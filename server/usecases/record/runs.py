@@ -1,15 +1,23 @@
 """Recorded runs as vehicles upload them, segment by segment."""
 
+from collections.abc import Mapping
+
 from server.domain.errors import SegmentConflict, SegmentUnknown
 from server.domain.fleet.vehicles import Vehicle
+from server.domain.record.recordings import VehicleMoment
 from server.domain.record.runs import Run, Segment
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record import recordings
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
 
-def add_segment(uow: UnitOfWork, segment: Segment) -> bool:
+def add_segment(
+    uow: UnitOfWork, segment: Segment, recording_ends: Mapping[str, VehicleMoment] | None = None
+) -> bool:
     """Enter a segment whose bytes are stored already; False for a repeat.
+
+    recording_ends  commands to recordings that are marked in it, and when
 
     Raises VehicleUnknown, SegmentConflict.
     """
@@ -25,6 +33,7 @@ def add_segment(uow: UnitOfWork, segment: Segment) -> bool:
             f"segment {segment.number} of this run of {segment.vehicle_id} is stored with other content"
         )
     uow.runs.add_segment(segment)
+    recordings.note_file(uow, segment.vehicle_id, recording_ends or {})
     uow.publish(topics.runs(uow.campus_id), vehicle_id=segment.vehicle_id, boot_id=segment.boot_id)
     return True
 

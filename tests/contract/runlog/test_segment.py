@@ -40,10 +40,16 @@ def a_status(stamp_ns: int) -> Status:
 
 
 def write_segment(
-    path: Path, count: int, close: bool = True, noise: bool = True, road_map: bytes = b"{}"
+    path: Path,
+    count: int,
+    close: bool = True,
+    noise: bool = True,
+    road_map: bytes = b"{}",
+    utc_offset_ns: int = UTC_OFFSET_NS,
 ) -> SegmentWriter:
     rng = np.random.default_rng(1)
-    writer = SegmentWriter(path, a_header(), b"state", b"profile", zstandard.compress(road_map))
+    header = msgspec.structs.replace(a_header(), utc_offset_ns=utc_offset_ns)
+    writer = SegmentWriter(path, header, b"state", b"profile", zstandard.compress(road_map))
     for tick in range(1, count + 1):
         stamp_ns = tick * 20_000_000
         items = msgspec.msgpack.encode([rng.bytes(300) if noise else tick])

@@ -28,8 +28,16 @@ CHECKS = [
     content_type_conformance,
     response_schema_conformance,
 ]
-# A ride has a handful of decisions; scenes are asked on by their time.
-BOUNDED_LISTS = {"explain_ride", "ride_history", "incident_history", "read_shift_log", "get_run_scenes"}
+# A ride has a handful of decisions, and a run of marks; scenes are asked on by their time.
+BOUNDED_LISTS = {
+    "explain_ride",
+    "ride_history",
+    "incident_history",
+    "read_shift_log",
+    "get_run_scenes",
+    "get_run_marks",
+    "get_run_onboard",
+}
 BOUNDED = settings(
     max_examples=3,
     deadline=None,

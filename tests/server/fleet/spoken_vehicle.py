@@ -6,6 +6,7 @@ from campusloop.virtual.pipes import Pipe
 from contract.geometry import Pose2
 from contract.wire.codec import decode_from_server, encode
 from contract.wire.messages import (
+    LATER_KINDS,
     Challenge,
     EventLogState,
     EventReport,
@@ -60,7 +61,12 @@ class SpokenVehicle:
         server.elapse(0.2)
         return self
 
-    def hello(self, logs: tuple[EventLogState, ...] = (), protocol: int = 1) -> "SpokenVehicle":
+    def hello(
+        self,
+        logs: tuple[EventLogState, ...] = (),
+        protocol: int = 1,
+        understands: tuple[str, ...] = LATER_KINDS,
+    ) -> "SpokenVehicle":
         self.say(
             a_hello(
                 self.last(Challenge).nonce,
@@ -70,6 +76,7 @@ class SpokenVehicle:
                 protocol,
                 snow_lion().map_version,
                 logs,
+                understands,
             )
         )
         return self

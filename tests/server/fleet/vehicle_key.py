@@ -4,7 +4,7 @@ import base64
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from contract.wire.messages import PROTOCOL_VERSION, EventLogState, Hello, signed_hello
+from contract.wire.messages import LATER_KINDS, PROTOCOL_VERSION, EventLogState, Hello, signed_hello
 
 
 class VehicleKeyPair:
@@ -30,6 +30,7 @@ def a_hello(
     protocol: int = PROTOCOL_VERSION,
     map_version: str = "m1",
     logs: tuple[EventLogState, ...] = (),
+    understands: tuple[str, ...] = LATER_KINDS,
 ) -> Hello:
     key = key or VehicleKeyPair(vehicle_id)
     return Hello(
@@ -43,4 +44,5 @@ def a_hello(
         map_version=map_version,
         vehicle_ns=1_000,
         event_logs=logs,
+        understands=understands,
     )

@@ -25,6 +25,7 @@ from vehicle_agent.planning.motion.path.path_problem import (
 )
 from vehicle_agent.planning.motion.path.path_samples import sample_path
 from vehicle_agent.planning.motion.request import Motion, MotionParams, MotionRequest, WarmStart
+from vehicle_agent.planning.motion.speed.path_graph import path_graph
 from vehicle_agent.planning.motion.speed.profiles import profile_from_plan, rows_on_path, until_rest
 from vehicle_agent.planning.motion.speed.speed_step import plan_speed
 from vehicle_agent.planning.motion.validation import check_request
@@ -184,4 +185,5 @@ def _answer(draft: MotionCandidate, request: MotionRequest, used: int, moving: M
         speed.cut_s_m,
         figures,
         draft.instead,
+        path_graph(speed, draft.samples, draft.rows, request),
     )

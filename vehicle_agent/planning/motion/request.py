@@ -10,7 +10,7 @@ from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.clearance import Box
 from vehicle_agent.planning.motion.path.gp_path import PathWeights
 from vehicle_agent.planning.motion.speed.speed_qp import SpeedWeights
-from vehicle_agent.signals import Corridor
+from vehicle_agent.signals import Corridor, PathGraph
 
 PASS_FREE, PASS_YIELD = 0, 1
 
@@ -173,7 +173,7 @@ class MotionRequest(msgspec.Struct, frozen=True):
 
     reference_l_m  the offset that the path should have; may jump
     lower_l_m, upper_l_m  where the rear-axle centre may be: hard walls
-    speed_mps_max  limits that are known by place
+    speed_mps_max  limits that are known by place; speed_reasons: why, empty if that is not told
     end_s_m        where the rear axle must stand at the latest; inf for nowhere
     static_discs   (m, 3) x, y, radius
     s_hint_m       about where on the line the start is; a line that meets itself needs it
@@ -190,6 +190,7 @@ class MotionRequest(msgspec.Struct, frozen=True):
     agents: Agents = msgspec.field(default_factory=no_agents)
     warm: WarmStart | None = None
     s_hint_m: float | None = None
+    speed_reasons: tuple[SpeedLimitReason, ...] = ()
 
 
 class MotionParams(msgspec.Struct, frozen=True):
@@ -268,6 +269,7 @@ class Motion(msgspec.Struct, frozen=True):
     cut_s_m       a stationary obstacle blocks the path from here on (rear axle); inf without one
     diagnostics   figures for the record, by name
     replaced      violations of the plan that a stop replaces, empty for a plan
+    graph         the s-t graph, None without a path
     """
 
     rows: np.ndarray
@@ -282,3 +284,4 @@ class Motion(msgspec.Struct, frozen=True):
     cut_s_m: float
     diagnostics: tuple[tuple[str, float], ...]
     replaced: tuple[str, ...] = ()
+    graph: PathGraph | None = None

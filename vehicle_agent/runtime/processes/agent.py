@@ -38,6 +38,7 @@ from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProcess
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
+from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
 from vehicle_agent.signals import HmiOutput
@@ -191,7 +192,7 @@ def run_tick(place: AgentPlace) -> None:
         )
         return Recorder(header, profile.body, road_map.observation_areas)
 
-    computer = VehicleComputer(car, state, begin_run(road_map), offset_ns)
+    computer = VehicleComputer(car, state, begin_run(road_map), offset_ns, TickStopwatch())
     maps = MapSwitch(files, partial(build_car, profile), begin_run)
     outputs_port = DatagramPort()
     hmi_devices = files.hmi_devices()

@@ -49,7 +49,9 @@ class LinkMail:
             return self._is_back()
         if self._kept:
             self._keep(update)
-            update = None if update is None else TickUpdate(update.stamp_ns, update.report)
+            update = (
+                None if update is None else TickUpdate(update.stamp_ns, update.report, scene=update.scene)
+            )
             self._post_kept()
         if update is not None or entries:
             self._mailbox.post(self._link, TickReport(update, tuple(entries)))
@@ -90,7 +92,7 @@ class LinkMail:
         """Keeps what the server must learn, with the time of its tick; a status is soon out of date."""
         if update is None or not (update.events or update.answers or update.memory is not None):
             return
-        self._kept.append(msgspec.structs.replace(update, report=None))
+        self._kept.append(msgspec.structs.replace(update, report=None, scene=None))
         if len(self._kept) > UPDATES_KEPT_MAX:
             lost = self._kept.popleft()
             log.error("link.update_lost", events=[type(event).__name__ for event in lost.events])

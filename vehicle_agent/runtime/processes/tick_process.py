@@ -10,6 +10,7 @@ from typing import Protocol
 import msgspec
 import structlog
 
+from contract.wire.messages import OnboardScene
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.mission.state import MissionState
@@ -60,13 +61,18 @@ class TickUpdateWriter:
         self._ticks = 0
         self._memory: MissionMemory | None = None
 
-    def update(self, outputs: Outputs, memory: MissionMemory, stamp_ns: int) -> TickUpdate | None:
-        """The update of a tick, None without changes. Status goes at 5 Hz and with every event."""
+    def update(
+        self, outputs: Outputs, memory: MissionMemory, stamp_ns: int, scene: OnboardScene | None
+    ) -> TickUpdate | None:
+        """The update of a tick, None without changes. Status goes at 5 Hz and with every event.
+
+        scene: for an operator who asked for it
+        """
         is_due = self._ticks % REPORT_EVERY_TICKS == 0
         self._ticks += 1
         memory_changed = memory is not self._memory and memory != self._memory
         self._memory = memory
-        if not (is_due or memory_changed or outputs.events or outputs.answers):
+        if not (is_due or memory_changed or outputs.events or outputs.answers or scene is not None):
             return None
         return TickUpdate(
             stamp_ns=stamp_ns,
@@ -75,6 +81,7 @@ class TickUpdateWriter:
             answers=outputs.answers,
             memory=msgspec.msgpack.encode(memory) if memory_changed else None,
             progress=order_progress(memory) if memory_changed else None,
+            scene=scene,
         )
 
 
@@ -185,7 +192,7 @@ class TickProcess:
             if view is not None:
                 self._mailbox.post(self._mail / "screen", CabinUpdate(view))
         memory = self._computer.state.mission.memory
-        update = self._update_writer.update(outputs, memory, now_ns)
+        update = self._update_writer.update(outputs, memory, now_ns, self._computer.shown)
         if self._link_mail.post(update, self._computer.entries):
             self._computer.begin_segment()
 

@@ -6,7 +6,7 @@ computes them again from the tape.
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -18,16 +18,21 @@ from contract.runlog.arrays import enc_hook
 from contract.runlog.records import (
     EVENT_TOPIC,
     LOCATION_TOPIC,
+    MARK_TOPIC,
     OBSTACLE_TOPIC,
+    ONBOARD_TOPIC,
     POSE_TOPIC,
     REPORT_TOPIC,
     SCENE_TOPIC,
     TICK_TOPIC,
     TRANSFORM_TOPIC,
+    MarkKind,
     RunHeader,
     TickRecord,
+    recording_mark,
 )
 from contract.wire.codec import encode
+from contract.wire.messages import Command, CommandDone, OnboardScene
 from vehicle_agent.config import Body
 from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.onboard.state import OnboardState
@@ -37,6 +42,8 @@ from vehicle_agent.signals import Detections, Flow, GnssFix, InboxItem, Outputs
 from vehicle_agent.signals.rates import REPORT_EVERY_TICKS, TRANSFORM_EVERY_TICKS
 
 SEGMENT_TICKS = 5 * 60 * 50
+# The detail of a tick, made only where it is recorded.
+MakeScene = Callable[[Outputs, int], OnboardScene]
 SIGNALS = (*Flow.__struct_fields__, "frames", "events", "answers")
 
 
@@ -89,7 +96,10 @@ def _array_digest(value: object) -> object:
 
 
 class Recorder:
-    """Turns ticks into run-log entries, and begins a segment every five minutes."""
+    """Turns ticks into run-log entries, and begins a segment every five minutes.
+
+    Also where an operator's recording begins and ends.
+    """
 
     def __init__(self, header: RunHeader, body: Body, areas: tuple[ObservationArea, ...] = ()) -> None:
         """header: of the first segment, whose counters are set here; areas: of the map."""
@@ -111,10 +121,13 @@ class Recorder:
         stamp_ns: int,
         late_ns: int,
         utc_offset_ns: int,
+        scene: MakeScene,
     ) -> list[RunLogEntry]:
         """The entries of the tick that took `before` and `items` and gave `outputs`."""
         entries: list[RunLogEntry] = []
-        if self._ticks >= self._segment_begins_at:
+        commands = _recording_commands(items, outputs)
+        kinds = [kind for kind, _ in commands]
+        if "start_recording" in kinds or self._ticks >= self._segment_begins_at:
             entries.append(self._begin_segment(before, utc_offset_ns))
         record = TickRecord(
             before.tick,
@@ -124,12 +137,21 @@ class Recorder:
             self._flow.encode(outputs),
         )
         entries.append(LogEntry(TICK_TOPIC, stamp_ns, self._records.encode(record)))
+        entries += [_mark(*one, stamp_ns, utc_offset_ns) for one in commands]
         entries += self._channels(items, outputs, stamp_ns, utc_offset_ns)
+        if self._ticks % REPORT_EVERY_TICKS == 0:
+            entries.append(LogEntry(ONBOARD_TOPIC, stamp_ns, encode(scene(outputs, stamp_ns))))
         self._ticks += 1
+        if "stop_recording" in kinds:
+            self.begin_segment()
         return entries
 
     def begin_segment(self) -> None:
-        """The next tick begins a segment: entries of this one were lost, and no replay gets past them."""
+        """The next tick begins a segment.
+
+        A recording that an operator asked for has ended, or entries of this segment were lost, and no replay
+        gets past them.
+        """
         self._segment_begins_at = self._ticks
 
     def _begin_segment(self, before: OnboardState, utc_offset_ns: int) -> SegmentBegin:
@@ -164,6 +186,24 @@ class Recorder:
                 LogEntry(OBSTACLE_TOPIC, stamp_ns, foxglove.point_cloud(utc_ns, flow.detections.points_map))
             )
         return entries
+
+
+def _recording_commands(items: Sequence[InboxItem], outputs: Outputs) -> list[tuple[MarkKind, Command]]:
+    """The commands to the recording that this very tick has executed; repeats are not among them."""
+    executed = {event.command_id for event in outputs.events if isinstance(event, CommandDone) and event.done}
+    found: list[tuple[MarkKind, Command]] = []
+    for item in items:
+        match item.body:
+            case Command(kind="mark" | "start_recording" | "stop_recording" as kind) as command:
+                if command.command_id in executed:
+                    found.append((kind, command))
+    return found
+
+
+def _mark(kind: MarkKind, command: Command, stamp_ns: int, utc_offset_ns: int) -> LogEntry:
+    at_ns = command.made_ns or stamp_ns + utc_offset_ns
+    mark = recording_mark(at_ns, command.text, kind, command.command_id)
+    return LogEntry(MARK_TOPIC, stamp_ns, msgspec.json.encode(mark))
 
 
 def _location(utc_ns: int, fix: GnssFix) -> bytes:

@@ -9,12 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 from campusloop.cli import app_of
-from campusloop.studies.dispatch.day_figures import DayFigures, figures_of
-from campusloop.studies.dispatch.fleet_day import POLICIES, Shuttle, run_day
 from contract.roads.load import encode_map
 from contract.roads.network import RoadNetwork
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
+from server.usecases.planning.day_figures import DayFigures, figures_of
+from server.usecases.planning.fleet_day import POLICIES, Shuttle, run_day
 from simulator.demand.day import WantedRide, draw_day
 from simulator.demand.profile import built_in_profile
 from simulator.demand.table import write_rides

@@ -37,6 +37,7 @@ class SpeedSolution(msgspec.Struct, frozen=True):
     yields_to, passes  rows of the request's agents
     cut_s_m      static blockage on the line, inf for none
     limited_by   as text; inside: a person or obstacle is inside the outline now
+    graph, corridor  the s-t graph and the corridor through it; stop_m: way to the last place to drive to
     """
 
     plan: SpeedPlan | None
@@ -48,6 +49,9 @@ class SpeedSolution(msgspec.Struct, frozen=True):
     limited_by: SpeedLimitReason
     inside: bool
     nodes: int
+    graph: st_graph.StGraph
+    corridor: st_graph.StCorridor
+    stop_m: float
 
 
 class _Stop(NamedTuple):
@@ -108,6 +112,9 @@ def plan_speed(
         limited_by=_limited_by(plan, place, knot_limits, high, stop),
         inside=stop.touching or bool(occupancy.inside.any()),
         nodes=way.nodes,
+        graph=graph,
+        corridor=room,
+        stop_m=stop.way_m,
     )
 
 

@@ -8,6 +8,7 @@ import { VehicleList } from "../fleet/vehicle_list";
 import { IncidentList } from "../incidents/incident_list";
 import { SceneMap } from "../map/scene_map";
 import { address, goTo } from "../navigation";
+import { live_onboard } from "../onboard/shown_scene";
 import { age_s, is_stale, link } from "../session";
 import { closures } from "../store/closures";
 import { incidents } from "../store/incidents";
@@ -32,6 +33,7 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
         interpolate
         at_ms={monotonic_ms.value > 0 ? (link.value?.now_ms() ?? undefined) : undefined}
         closures={closures.value.value ?? []}
+        onboard={live_onboard.value?.present ?? null}
         onSelect={(vehicle_id) => goTo("live", vehicle_id)}
       />
       <aside class="side">

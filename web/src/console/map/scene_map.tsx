@@ -4,8 +4,10 @@ import type { Campus } from "../../shared/campus/campus";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
 import { CampusMap } from "../../shared/map/campus_map";
 import { drivingLayer } from "../../shared/map/driving_layer";
-import type { MapContent } from "../../shared/map/map_content";
+import type { MapContent, MapLayer } from "../../shared/map/map_content";
+import { pointsLayer } from "../../shared/map/points_layer";
 import { prefersReducedMotion } from "../../shared/map/reduced_motion";
+import type { OnboardScene } from "../../shared/scene/onboard_scene";
 import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { closedLines } from "../closures/closed_lines";
@@ -23,6 +25,8 @@ interface SceneMapProps {
   /** The scene's clock now; by default the scene's own time. */
   readonly at_ms?: number | undefined;
   readonly geometry?: CampusGeometry;
+  /** What one shuttle sees in detail. */
+  readonly onboard?: OnboardScene | null;
   readonly onSelect: (vehicle_id: string) => void;
 }
 
@@ -35,6 +39,7 @@ export function SceneMap({
   closures = [],
   at_ms,
   geometry = campus.geometry,
+  onboard = null,
   onSelect,
 }: SceneMapProps) {
   const content: MapContent = {
@@ -47,7 +52,7 @@ export function SceneMap({
     interpolate: interpolate && !prefersReducedMotion.value,
     ...(scene === null
       ? {}
-      : { layer: drivingLayer(scene, at_ms ?? scene.at_ms, selected_vehicle) }),
+      : { layer: sceneLayer(scene, at_ms ?? scene.at_ms, selected_vehicle, onboard) }),
   };
   const focus = useMemo<readonly Point[]>(
     () => geometry.lanes.flatMap((lane) => [lane.points[0]!, lane.points.at(-1)!]),
@@ -73,4 +78,20 @@ export function SceneMap({
       }}
     />
   );
+}
+
+/** What shuttles plan and see; lidar cells lie below paths and people. */
+function sceneLayer(
+  scene: Scene,
+  at_ms: number,
+  selected_vehicle: string,
+  onboard: OnboardScene | null,
+): MapLayer {
+  const driving = drivingLayer(scene, at_ms, selected_vehicle);
+  if (onboard === null) return driving;
+  const points = pointsLayer(onboard);
+  return (...drawing) => {
+    points(...drawing);
+    driving(...drawing);
+  };
 }

@@ -43,21 +43,36 @@ export function MarkList({ marks, clock }: MarkListProps) {
   );
 }
 
-function markText({ kind, vehicle_id, stop_id, detail, by }: Mark): string {
+function markText(mark: Mark): string {
+  const { kind, vehicle_id, stop_id, detail, by } = mark;
   const t = texts.value;
   const who = vehicle_id === "" ? "" : `${vehicleName(vehicle_id)}: `;
   if (kind === "stop") return `${who}${t.mark_stop(stop_id === "" ? "" : stopName(stop_id))}`;
   if (kind === "incident" && detail in t.incident_causes)
     return `${who}${t.incident_causes[detail as keyof typeof t.incident_causes]}`;
+  if (kind === "note" || kind === "recording") return `${who}${operatorMarkText(mark)}`;
   if (kind === "intervention") {
     const what = t.mark_interventions[detail as keyof typeof t.mark_interventions] ?? detail;
     return `${who}${what}${by === "" ? "" : ` (${by})`}`;
   }
   const cause =
-    detail in t.fault_codes
-      ? t.fault_codes[detail as keyof typeof t.fault_codes]
-      : detail in t.hold_reasons
-        ? t.hold_reasons[detail as keyof typeof t.hold_reasons]
-        : "";
+    detail in t.braking_by
+      ? t.braking_by[detail]
+      : detail in t.fault_codes
+        ? t.fault_codes[detail as keyof typeof t.fault_codes]
+        : detail in t.hold_reasons
+          ? t.hold_reasons[detail as keyof typeof t.hold_reasons]
+          : "";
   return `${who}${t.mark_kinds[kind]}${cause === "" ? "" : `: ${cause}`}`;
+}
+
+/** An operator's note or a recording's end, by whom, and whether the shuttle's file has it. */
+function operatorMarkText({ kind, detail, by, text }: Mark): string {
+  const t = texts.value;
+  const [name = "", state = ""] = detail.split(" ");
+  const what = kind === "note" ? t.mark_kinds.note : (t.recording_ends[name] ?? t.mark_kinds[kind]);
+  const whose = by === "" ? "" : ` (${by})`;
+  const missing =
+    state === "pending" ? `, ${t.mark_waits}` : state === "failed" ? `, ${t.mark_refused}` : "";
+  return `${what}: “${text}”${whose}${missing}`;
 }

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { aScene, aVehicle } from "../../shared/scene/scene_builders";
+import { aDrivingView, aScene, aVehicle } from "../../shared/scene/scene_builders";
 import type { VehicleChanges } from "../../shared/scene/scene_builders";
 import { BUCKETS, markedBuckets, marksOfScenes, nextMark } from "./marks";
 
@@ -35,6 +35,24 @@ test("one hard braking is one mark, however long it takes", () => {
   ]);
 });
 
+test("a hard braking tells who brakes", () => {
+  const brake = (change: VehicleChanges) => ({ accel_mps2: -3, ...change });
+  const who = (change: VehicleChanges) => marksOfScenes(scenes(brake(change)))[0]?.detail;
+  const driving = (guard: string) => ({ driving: aDrivingView({ guard }) });
+  expect(who({})).toBe("braking_by_planner");
+  expect(who(driving("emergency"))).toBe("braking_by_planner");
+  expect(who(driving("obstacle"))).toBe("braking_by_guard");
+  expect(who({ mode: "manual" })).toBe("braking_by_driver");
+  const fault = { code: "gate_braking_footprint", severity: "stop", since_ns: 0 } as const;
+  expect(who({ faults: [fault] })).toBe("braking_by_gate");
+});
+
+test("the guard's stop for a contact is marked, however gently it brakes", () => {
+  const stop = { accel_mps2: -0.5, driving: aDrivingView({ guard: "obstacle" }) };
+  const slow = { accel_mps2: -0.5, driving: aDrivingView({ guard: "somebody alongside" }) };
+  expect(kinds({}, stop, stop, {}, slow)).toEqual([[1000, "braking"]]);
+});
+
 test("a fault is marked when it comes, with its code", () => {
   const fault = { code: "lidar_blind", severity: "stop", since_ns: 0 } as const;
   expect(kinds({}, { faults: [fault] }, { faults: [fault] }, {}, { faults: [fault] })).toEqual([
@@ -59,6 +77,7 @@ test("thousands of marks take no more places than the timeline has", () => {
     ride_id: "",
     detail: "",
     by: "",
+    text: "",
   } as const;
   const marks = Array.from({ length: 20_000 }, (_, k) => ({ ...stop, at_ms: k }));
   const rows = markedBuckets(marks, 0, 19_999);
@@ -73,6 +92,7 @@ test("marks outside of what is shown are left out", () => {
     ride_id: "",
     detail: "",
     by: "",
+    text: "",
   } as const;
   expect(markedBuckets([{ ...stop, at_ms: 5 }], 10, 20)).toEqual([[], [], []]);
 });

@@ -1,5 +1,5 @@
 import type { Schemas } from "../../shared/api/client";
-import type { Scene } from "../../shared/scene/scene";
+import type { Scene, VehicleStatus } from "../../shared/scene/scene";
 
 export type Mark = Readonly<Schemas["Mark"]>;
 export type MarkKind = Mark["kind"];
@@ -7,12 +7,14 @@ export type MarkKind = Mark["kind"];
 /** Rows of the timeline: what was wrong, what people ordered, where shuttles stopped. */
 export const MARK_ROWS: readonly (readonly MarkKind[])[] = [
   ["takeover", "minimal_risk_stop", "braking", "blocked", "fault", "incident"],
-  ["intervention", "seat_button"],
+  ["intervention", "seat_button", "note", "recording"],
   ["stop"],
 ];
 
 /** Harder braking than any plan asks for. */
 const HARD_BRAKING_MPS2 = -2;
+/** The guard brakes for a contact ahead, as hard as it takes. */
+const CONTACT = "obstacle";
 /** A braking that begins again within this time is the same one. */
 const SAME_BRAKING_MS = 2_000;
 /** Neighbouring marks closer than this share of the timeline are drawn as one. */
@@ -36,6 +38,7 @@ export function marksOfScenes(scenes: readonly Scene[]): readonly Mark[] {
         ride_id: "",
         detail: "",
         by: "",
+        text: "",
         ...rest,
       });
     if (status.doors_open && before?.doors_open !== true)
@@ -45,8 +48,9 @@ export function marksOfScenes(scenes: readonly Scene[]): readonly Mark[] {
       if (status.mode === "minimal_risk")
         add("minimal_risk_stop", { detail: status.hold_reason ?? "" });
     }
-    if (status.accel_mps2 <= HARD_BRAKING_MPS2) {
-      if (at_ms - braked_ms > SAME_BRAKING_MS) add("braking");
+    if (status.accel_mps2 <= HARD_BRAKING_MPS2 || status.driving?.guard === CONTACT) {
+      if (at_ms - braked_ms > SAME_BRAKING_MS)
+        add("braking", { detail: `braking_by_${brakes(status)}` });
       braked_ms = at_ms;
     }
     for (const { code } of status.faults)
@@ -54,6 +58,16 @@ export function marksOfScenes(scenes: readonly Scene[]): readonly Mark[] {
     before = status;
   }
   return marks;
+}
+
+/** Acts of the guard in which it does what the planner has asked for. */
+const NOT_OF_GUARD: ReadonlySet<string> = new Set(["", "emergency"]);
+
+/** Who brakes hard: the gate has a fault for it, a driver has the vehicle, else the guard or the plan. */
+function brakes(status: VehicleStatus): "gate" | "driver" | "guard" | "planner" {
+  if (status.faults.some(({ code }) => code.startsWith("gate_braking_"))) return "gate";
+  if (status.mode === "manual") return "driver";
+  return NOT_OF_GUARD.has(status.driving?.guard ?? "") ? "planner" : "guard";
 }
 
 /** The first mark after a time, or the last one before it. */

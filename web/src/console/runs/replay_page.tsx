@@ -6,6 +6,7 @@ import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
 import { BackIcon } from "../../shared/ui/icons";
 import { fragmentOf } from "../address";
 import { SceneMap } from "../map/scene_map";
+import { OnboardView } from "../onboard/onboard_view";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
@@ -50,6 +51,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           campus={campus}
           {...(player.geometry.value === null ? {} : { geometry: player.geometry.value })}
           scene={scene}
+          onboard={player.onboard.value ?? null}
           selected_vehicle={vehicle_id}
           interpolate={!clock.is_seek.value}
           onSelect={() => undefined}
@@ -89,10 +91,28 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
             <VehicleStatus vehicle={vehicle} scene={scene} knowledge={asKnownAt(scene.at_ms)} />
           )}
         </section>
+        {scene !== null && <OnboardBlock player={player} />}
         {scene !== null && <MarkList marks={player.marks.value} clock={clock} />}
         <RunFiles vehicle_id={vehicle_id} boot_id={boot_id} />
       </aside>
     </div>
+  );
+}
+
+/** What the shuttle saw and planned at this moment. */
+function OnboardBlock({ player }: { readonly player: RunPlayer }) {
+  const t = texts.value;
+  const onboard = player.onboard.value;
+  return (
+    <section class="block" aria-label={t.onboard}>
+      <h2>{t.onboard}</h2>
+      {player.pieces.problem.value !== null && (
+        <ProblemAlert problem={player.pieces.problem.value} />
+      )}
+      {onboard === undefined && <p class="empty">{t.onboard_loading}</p>}
+      {onboard === null && <p class="empty">{t.onboard_missing}</p>}
+      {onboard != null && <OnboardView scene={onboard} />}
+    </section>
   );
 }
 

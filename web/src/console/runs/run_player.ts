@@ -1,10 +1,12 @@
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
 import type { CampusGeometry } from "../../shared/campus/campus_geometry";
 import { campusGeometry } from "../../shared/campus/campus_geometry";
 import type { Scene } from "../../shared/scene/scene";
-import { marksOfScenes } from "./marks";
+import { type Mark, marksOfScenes } from "./marks";
+import { inOrderOfTime, marksOfOperators } from "./operator_marks";
+import { OnboardPieces, onboardOfRun } from "./onboard_pieces";
 import { sceneAt } from "./playback";
 import { PlaybackClock } from "./playback_clock";
 
@@ -25,9 +27,19 @@ export class RunPlayer {
     grows: this.loading.value,
   }));
   readonly scene = computed(() => sceneAt(this.scenes.value, this.clock.at_ms.value));
-  readonly marks = computed(() => marksOfScenes(this.scenes.value));
+  private readonly operator_marks = signal<readonly Mark[]>([]);
+  readonly marks = computed(() =>
+    inOrderOfTime(marksOfScenes(this.scenes.value), this.operator_marks.value),
+  );
 
+  readonly pieces: OnboardPieces;
+  /** What the shuttle saw in detail; undefined while it is loaded, null if the recording has nothing. */
+  readonly onboard = computed(() => {
+    void this.pieces.arrived.value;
+    return this.pieces.at(this.clock.at_ms.value);
+  });
   private closed = false;
+  private readonly stop: () => void;
 
   constructor(
     private readonly vehicle_id: string,
@@ -35,7 +47,13 @@ export class RunPlayer {
     /** Where to begin, if the run was recorded then. */
     private waits_for_ms: number | null = null,
   ) {
+    this.pieces = new OnboardPieces(onboardOfRun(vehicle_id, boot_id));
+    this.stop = effect(() => {
+      if (this.scenes.value.length > 0)
+        this.pieces.want(this.clock.at_ms.value, this.clock.playing.value);
+    });
     void this.loadMap();
+    void this.loadMarks();
     void this.load();
   }
 
@@ -61,6 +79,8 @@ export class RunPlayer {
 
   close(): void {
     this.closed = true;
+    this.stop();
+    this.pieces.close();
     this.clock.close();
   }
 
@@ -71,6 +91,15 @@ export class RunPlayer {
     );
     if (result.ok) this.geometry.value = campusGeometry(result.value);
     else this.map_problem.value = result.problem;
+  }
+
+  private async loadMarks(): Promise<void> {
+    const path = { vehicle_id: this.vehicle_id, boot_id: this.boot_id };
+    const result = await resultOf(
+      api.GET("/api/v1/runs/{vehicle_id}/{boot_id}/marks", { params: { path } }),
+    );
+    if (result.ok) this.operator_marks.value = marksOfOperators(this.vehicle_id, result.value);
+    else this.problem.value = result.problem;
   }
 
   /** Loads the scenes in several requests; what is loaded can be played at once. */

@@ -8,6 +8,7 @@ import { vehicleName } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
 import { DayForm } from "./fleet/day_form";
+import { RecordingList } from "./recording_list";
 
 interface RunsPageProps {
   readonly campus: Campus;
@@ -26,6 +27,7 @@ export function RunsPage({ campus, is_link_broken = false }: RunsPageProps) {
       {is_link_broken && <Alert>{t.fleet_link_broken}</Alert>}
       <p class="hint">{t.replay_fleet_lead}</p>
       <DayForm campus={campus} />
+      <RecordingList />
       {runs.problem.value !== null && <ProblemAlert problem={runs.problem.value} />}
       {shown === null && runs.problem.value === null && <Loading text={t.loading} />}
       {shown?.length === 0 && <Alert>{t.no_runs}</Alert>}

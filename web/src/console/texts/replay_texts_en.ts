@@ -48,7 +48,15 @@ export const replayEn = {
     seat_button: "the seat button was pressed",
     incident: "incident",
     intervention: "intervention",
+    note: "marked",
+    recording: "recording",
   } satisfies Record<Mark["kind"], string> as Record<Mark["kind"], string>,
+  braking_by: {
+    braking_by_guard: "the guard steps in",
+    braking_by_planner: "as planned",
+    braking_by_driver: "the driver brakes",
+    braking_by_gate: "the gate brakes",
+  } as Record<string, string>,
   mark_interventions: {
     "vehicle.hold": "held",
     "vehicle.resume": "may drive again",

@@ -46,6 +46,14 @@ export const replayZh: typeof replayEn = {
     seat_button: "有人按下座位按钮",
     incident: "事件",
     intervention: "调度操作",
+    note: "标记",
+    recording: "录制",
+  },
+  braking_by: {
+    braking_by_guard: "安全监护介入",
+    braking_by_planner: "按规划",
+    braking_by_driver: "驾驶员制动",
+    braking_by_gate: "网关制动",
   },
   mark_interventions: {
     "vehicle.hold": "被暂停",

@@ -14,6 +14,9 @@ import type {
 import type { Role } from "../session";
 import type { Condition } from "../../shared/scene/condition";
 import { statisticsEn } from "./statistics_texts_en";
+import { forkEn } from "./fork_texts_en";
+import { onboardEn } from "./onboard_texts_en";
+import { recordingEn } from "./recording_texts_en";
 import { replayEn } from "./replay_texts_en";
 
 const conditions: Record<Condition, string> = {
@@ -31,6 +34,9 @@ const conditions: Record<Condition, string> = {
 };
 
 export const en = {
+  ...forkEn,
+  ...onboardEn,
+  ...recordingEn,
   ...replayEn,
   ...statisticsEn,
   condition_unknown: "Unknown",
@@ -444,6 +450,10 @@ export const en = {
     resume: "Resume",
     announce: "Announcement",
     stop_now: "Stop now",
+    mark: "Mark",
+    start_recording: "Start recording",
+    stop_recording: "Stop recording",
+    show_scene: "Show what it sees",
   } satisfies Readonly<Record<CommandKind, string>>,
   command_states: {
     pending: "waiting for the shuttle's answer",

@@ -1,8 +1,14 @@
 import { statisticsZh } from "./statistics_texts_zh";
+import { forkZh } from "./fork_texts_zh";
+import { onboardZh } from "./onboard_texts_zh";
+import { recordingZh } from "./recording_texts_zh";
 import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
 
 export const zh: ConsoleTexts = {
+  ...forkZh,
+  ...onboardZh,
+  ...recordingZh,
   ...replayZh,
   ...statisticsZh,
   title: "Campusloop 调度台",
@@ -394,7 +400,16 @@ export const zh: ConsoleTexts = {
   announce_text: "在车内播报并显示的文字",
   announced: "已发送至车辆。",
   last_command: (command, time, by) => `${time} ${by}：${command}，`,
-  commands: { hold: "暂停", resume: "继续", announce: "播报", stop_now: "立即停车" },
+  commands: {
+    hold: "暂停",
+    resume: "继续",
+    announce: "播报",
+    stop_now: "立即停车",
+    mark: "标记",
+    start_recording: "开始录制",
+    stop_recording: "停止录制",
+    show_scene: "显示车辆所见",
+  },
   command_states: { pending: "等待车辆答复", done: "已完成", failed: "已拒绝" },
   commanded: (command) => `${command}：已发送至车辆。`,
   send: "派往站点",

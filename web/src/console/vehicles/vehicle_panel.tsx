@@ -5,6 +5,8 @@ import { goTo } from "../navigation";
 import { knowledge } from "../session";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "./condition_chip";
+import { RecordingPanel } from "./recording_panel";
+import { ScenePanel } from "./scene_panel";
 import { ShiftForm } from "./shift_form";
 import { VehicleCommands } from "./vehicle_commands";
 import { VehicleStatus } from "./vehicle_status";
@@ -33,6 +35,8 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
         {!vehicle.facts.in_service && <span class="chip warning">{t.out_of_service}</span>}
       </div>
       <VehicleCommands vehicle={vehicle} scene={scene} />
+      <RecordingPanel key={vehicle.vehicle_id} vehicle={vehicle} />
+      <ScenePanel key={`${vehicle.vehicle_id} scene`} vehicle={vehicle} />
       <VehicleStatus vehicle={vehicle} scene={scene} knowledge={{ ...knowledge.value, now_ms }} />
       <VisitList vehicle={vehicle} />
       <RoleGate roles={["dispatcher"]}>

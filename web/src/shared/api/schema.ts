@@ -1667,6 +1667,32 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/scene": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Scene
+         * @description What the vehicle shows. While it does, a new scene comes 2.5 times a second.
+         */
+        get: operations["get_scene"];
+        put?: never;
+        /**
+         * Ask For Scene
+         * @description The vehicle sends obstacle cells, limits, its s-t graph and tick times for 60 s; ask again for more.
+         *
+         *     A vehicle that is out of reach is not asked. One that hears of it more than 10 s later refuses.
+         */
+        post: operations["ask_for_scene"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/shifts": {
         parameters: {
             query?: never;
@@ -1978,6 +2004,48 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/onboard": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Onboard
+         * @description What the vehicle saw and planned: obstacle cells, limits, the s-t graph, the times of its ticks.
+         */
+        get: operations["get_run_onboard"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/marks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Marks
+         * @description Operators' marks, and where recordings begin and end, in order of time.
+         *
+         *     Those of the files, and those that the server knows and no file has yet.
+         */
+        get: operations["get_run_marks"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{vehicle_id}/{boot_id}/map": {
         parameters: {
             query?: never;
@@ -1992,6 +2060,108 @@ export interface paths {
         get: operations["get_run_map"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/recordings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Recordings
+         * @description Newest first.
+         */
+        get: operations["list_recordings"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/marks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Mark Recording
+         * @description Mark this moment in what the vehicle records, with a note.
+         *
+         *     A vehicle that is out of reach writes the mark into its file when it is back; `state` stays pending.
+         */
+        post: operations["mark_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/recordings": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Start Recording
+         * @description Begin a recording with a name. The vehicle records always: this one begins with a file of its own.
+         */
+        post: operations["start_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/recordings/{recording_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Recording
+         * @description End it. Its last file ends here and is uploaded at once; the vehicle goes on recording.
+         */
+        post: operations["stop_recording"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/replays/forks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Fork The Past
+         * @description Dispatch the rides from a moment on again, and compare. Nothing changes. It takes seconds.
+         */
+        post: operations["fork_the_past"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3008,7 +3178,7 @@ export interface components {
         CommandScene: {
             command_id: string;
             /** @enum {unknown} */
-            kind: "announce" | "hold" | "resume" | "stop_now";
+            kind: "announce" | "hold" | "mark" | "resume" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
             /** @enum {unknown} */
             state: "done" | "failed" | "pending";
             detail: string;
@@ -3036,7 +3206,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "hold" | "resume" | "announce" | "stop_now";
+            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene";
             /** Text */
             text: string;
             /**
@@ -3396,6 +3566,7 @@ export interface components {
          *         limited_by  what keeps the vehicle from going faster; a section that is not granted is in `waiting_for`
          *         path        x0, y0, x1, y1, ... of the rear axle's planned way, thinned
          *         tracks      the nearest ones
+         *         guard       what the guard does against the plan, "" for nothing
          *         turn_signal, headlights, horn  as the by-wire module reports them; None where it has none
          */
         DrivingView: {
@@ -3413,6 +3584,8 @@ export interface components {
             headlights: ("high" | "low" | "off") | null;
             /** @default null */
             horn: boolean | null;
+            /** @default  */
+            guard: string;
         };
         /**
          * DutyExceptionModel
@@ -3716,6 +3889,121 @@ export interface components {
             command: components["schemas"]["CommandEnd"] | null;
         };
         /**
+         * ForkFigures
+         * @description Counts of rides; times of the served ones in seconds, null without any.
+         */
+        ForkFigures: {
+            /** Shuttles */
+            shuttles: number;
+            /** Asked */
+            asked: number;
+            /** Served */
+            served: number;
+            /** Cancelled */
+            cancelled: number;
+            /** Refused */
+            refused: number;
+            /** Wait Median S */
+            wait_median_s: number | null;
+            /** Wait P95 S */
+            wait_p95_s: number | null;
+            /** Ride Mean S */
+            ride_mean_s: number | null;
+            /** Driving H */
+            driving_h: number;
+            /** Promises Kept */
+            promises_kept: number;
+        };
+        /**
+         * ForkRequest
+         * @example {
+         *       "from_ms": 1788249600000,
+         *       "seconds": 7200,
+         *       "more": 1,
+         *       "policy": "improvement"
+         *     }
+         */
+        ForkRequest: {
+            /**
+             * From Ms
+             * @description The moment, Unix time.
+             */
+            from_ms: number;
+            /**
+             * Seconds
+             * @description Rides wanted so long after it.
+             * @default 7200
+             */
+            seconds: number;
+            /**
+             * More
+             * @description Shuttles more, or less if negative.
+             * @default 0
+             */
+            more: number;
+            /**
+             * Policy
+             * @description The present one is `improvement`.
+             * @default improvement
+             * @enum {string}
+             */
+            policy: "insertion" | "improvement" | "departure-slack" | "departure-slack-improvement";
+        };
+        /**
+         * ForkView
+         * @description present: the fleet and the policy of then, dispatched again; changed: with the change.
+         *
+         *     Both happen as planned: compare them with each other, and `then` only with care. placed: so many shuttles
+         *     begin where they were; the others at resting places.
+         */
+        ForkView: {
+            /** Placed */
+            placed: number;
+            present: components["schemas"]["ForkFigures"];
+            changed: components["schemas"]["ForkFigures"];
+            /** Rides */
+            rides: components["schemas"]["ForkedRideView"][];
+        };
+        /**
+         * ForkedRideView
+         * @description A ride as it was and in both forks; waits from the requested time to boarding, null without.
+         */
+        ForkedRideView: {
+            /** Ride Id */
+            ride_id: string;
+            /** Ride Code */
+            ride_code: string;
+            /** From Stop */
+            from_stop: string;
+            /** To Stop */
+            to_stop: string;
+            /** Party */
+            party: number;
+            /**
+             * Requested At
+             * Format: date-time
+             */
+            requested_at: string;
+            /** Then State */
+            then_state: string;
+            /** Then Wait S */
+            then_wait_s: number | null;
+            /**
+             * Present End
+             * @enum {string}
+             */
+            present_end: "served" | "refused" | "cancelled";
+            /** Present Wait S */
+            present_wait_s: number | null;
+            /**
+             * Changed End
+             * @enum {string}
+             */
+            changed_end: "served" | "refused" | "cancelled";
+            /** Changed Wait S */
+            changed_wait_s: number | null;
+        };
+        /**
          * Health
          * @example {
          *       "status": "ok"
@@ -3980,6 +4268,16 @@ export interface components {
             xy: number[];
         };
         /**
+         * LimitAhead
+         * @description A speed limit on a stretch of the planned path, ways from the start of the plan.
+         */
+        LimitAhead: [
+            number,
+            number,
+            number,
+            "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
+        ];
+        /**
          * MapDiff
          * @example {
          *       "against": "3f0c9a71d2e84b55",
@@ -4135,11 +4433,13 @@ export interface components {
         /**
          * Mark
          * @description Something that happened. detail: a stable code, e.g. of a fault; by: who did it.
+         *
+         *         text  an operator's note, or the name of a recording
          */
         Mark: {
             at_ms: number;
             /** @enum {unknown} */
-            kind: "blocked" | "braking" | "fault" | "incident" | "intervention" | "minimal_risk_stop" | "seat_button" | "stop" | "takeover";
+            kind: "blocked" | "braking" | "fault" | "incident" | "intervention" | "minimal_risk_stop" | "note" | "recording" | "seat_button" | "stop" | "takeover";
             vehicle_id: string;
             /** @default  */
             stop_id: string;
@@ -4149,6 +4449,18 @@ export interface components {
             detail: string;
             /** @default  */
             by: string;
+            /** @default  */
+            text: string;
+        };
+        /**
+         * NewMark
+         * @example {
+         *       "note": "Braked for a shadow?"
+         *     }
+         */
+        NewMark: {
+            /** Note */
+            note: string;
         };
         /**
          * NewOperator
@@ -4181,6 +4493,16 @@ export interface components {
             password: string;
             /** New Password */
             new_password: string;
+        };
+        /**
+         * NewRecording
+         * @example {
+         *       "name": "Crossing at the library, rain"
+         *     }
+         */
+        NewRecording: {
+            /** Name */
+            name: string;
         };
         /**
          * NewSecondFactorView
@@ -4345,6 +4667,40 @@ export interface components {
             /** Arrival At */
             arrival_at: string | null;
         };
+        /** OnboardMoment */
+        OnboardMoment: {
+            at_ms: number;
+            scene: components["schemas"]["OnboardScene"];
+        };
+        /**
+         * OnboardScene
+         * @description What a vehicle sees and plans. Path, tracks and areas are in the status of the same moment.
+         *
+         *         points        x0, y0, x1, y1, ... obstacle cells, map frame, the nearest; points_age_s since their scan
+         *         guard         what the guard does against the plan, "" for nothing
+         *         path_times    None of a stack that plans no times
+         *         tick_times    None where ticks are not timed, as in virtual time
+         */
+        OnboardScene: {
+            /** @enum {unknown} */
+            type: "onboard_scene";
+            epoch: number;
+            stamp_ns: number;
+            /** @default [] */
+            points: number[];
+            /** @default 0 */
+            points_age_s: number;
+            /** @default null */
+            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding") | null;
+            /** @default 0 */
+            speed_mps_planned: number;
+            /** @default  */
+            guard: string;
+            /** @default null */
+            path_times: components["schemas"]["PathTimes"] | null;
+            /** @default null */
+            tick_times: components["schemas"]["TickTimes"] | null;
+        };
         /**
          * OperatorChange
          * @example {
@@ -4482,6 +4838,41 @@ export interface components {
             name: string;
             seats: number;
         };
+        /**
+         * PathTimes
+         * @description The s-t graph of the present plan: way along the path over time.
+         *
+         *         age_s          since the moment at which the plan begins; negative: it begins later
+         *         dt_s           between knots
+         *         way_m          of the rear axle by knot: the motion that was chosen
+         *         low_m, high_m  the corridor that people and obstacles leave, by knot; None: nothing bounds it there
+         *         limits         by place, nearest first
+         */
+        PathTimes: {
+            age_s: number;
+            dt_s: number;
+            way_m: number[];
+            low_m: (number | null)[];
+            high_m: (number | null)[];
+            /** @default [] */
+            tracks: components["schemas"]["PathTrack"][];
+            /** @default [] */
+            limits: components["schemas"]["LimitAhead"][];
+        };
+        /**
+         * PathTrack
+         * @description When and where a track is on the planned path.
+         *
+         *         knots         the knots at which it is
+         *         from_m, to_m  the stretch that it occupies at each of them, by the rear axle's way
+         */
+        PathTrack: [
+            number,
+            boolean,
+            number[],
+            number[],
+            number[]
+        ];
         /**
          * PatternBody
          * @description The days on which a service runs (calendar.txt of GTFS), and when rides can be booked on them.
@@ -4786,6 +5177,71 @@ export interface components {
              * @default
              */
             to_vehicle_id: string;
+        };
+        /**
+         * RecordingView
+         * @description A named span of what the vehicle records always. It begins and ends with a file of its own.
+         *
+         *     waiting, stopping: the vehicle has not answered yet; it may be out of reach. ended: not all of its files
+         *     have been uploaded; kept: all have.
+         * @example {
+         *       "recording_id": "command-9",
+         *       "command_id": "command-11",
+         *       "vehicle_id": "shuttle-1",
+         *       "name": "Crossing at the library, rain",
+         *       "state": "kept",
+         *       "detail": "",
+         *       "started_at": "2026-09-01T08:14:31Z",
+         *       "started_by": "ines",
+         *       "stopped_at": "2026-09-01T08:19:02Z",
+         *       "stopped_by": "ines",
+         *       "boot_id": "boot-7a1e",
+         *       "segments": []
+         *     }
+         */
+        RecordingView: {
+            /** Recording Id */
+            recording_id: string;
+            /**
+             * Command Id
+             * @description Of the newest command: the one that started or stopped it.
+             */
+            command_id: string;
+            /** Vehicle Id */
+            vehicle_id: string;
+            /** Name */
+            name: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "waiting" | "refused" | "running" | "stopping" | "ended" | "kept";
+            /**
+             * Detail
+             * @description The vehicle's reason when it refused; empty otherwise.
+             */
+            detail: string;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Started By */
+            started_by: string;
+            /** Stopped At */
+            stopped_at: string | null;
+            /** Stopped By */
+            stopped_by: string;
+            /**
+             * Boot Id
+             * @description Of the run in which it begins; empty until one of its files has come.
+             */
+            boot_id: string;
+            /**
+             * Segments
+             * @description Its files so far, in order.
+             */
+            segments: components["schemas"]["SegmentView"][];
         };
         /**
          * RecoveryCodes
@@ -5472,6 +5928,58 @@ export interface components {
              */
             seats_left?: number | null;
         };
+        /** RoomTime */
+        RoomTime: [
+            string,
+            number
+        ];
+        /**
+         * RunMark
+         * @description A mark of an operator in a run, or where a recording begins or ends.
+         *
+         *     The server knows of it at once. The vehicle writes it into the run's file when it hears of it.
+         * @example {
+         *       "mark_id": "command-12",
+         *       "kind": "mark",
+         *       "at_ms": 1788250502000,
+         *       "note": "Braked for a shadow?",
+         *       "by": "ines",
+         *       "state": "done",
+         *       "in_file": true
+         *     }
+         */
+        RunMark: {
+            /** Mark Id */
+            mark_id: string;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "mark" | "start_recording" | "stop_recording";
+            /**
+             * At Ms
+             * @description The marked moment, Unix time.
+             */
+            at_ms: number;
+            /** Note */
+            note: string;
+            /**
+             * By
+             * @description Empty if this server does not know the mark but from the file.
+             */
+            by: string;
+            /**
+             * State
+             * @description pending: the vehicle has not heard of it yet; it may be out of reach.
+             * @enum {string}
+             */
+            state: "pending" | "done" | "failed";
+            /**
+             * In File
+             * @description It is in a file that has been uploaded.
+             */
+            in_file: boolean;
+        };
         /**
          * RunView
          * @description One vehicle from one boot on.
@@ -5915,6 +6423,27 @@ export interface components {
             exceptions: components["schemas"]["DutyExceptionModel"][];
         };
         /**
+         * ShownScene
+         * @description What a vehicle shows, and how old that is by the server's clock.
+         *
+         *         request  how the newest request of the last minute stands; "" without one
+         *         detail   the reason for a refusal
+         *         scene    the newest, None before the first; it came at received_ms
+         */
+        ShownScene: {
+            vehicle_id: string;
+            connected: boolean;
+            now_ms: number;
+            /** @default  */
+            request: ("done" | "failed" | "pending") | "";
+            /** @default  */
+            detail: string;
+            /** @default 0 */
+            received_ms: number;
+            /** @default null */
+            scene: components["schemas"]["OnboardScene"] | null;
+        };
+        /**
          * Snapshot
          * @description First message on /ws/live, and again whenever the campus changes its map.
          */
@@ -6167,6 +6696,15 @@ export interface components {
             failures: number;
             /** Last Good At */
             last_good_at: string | null;
+        };
+        /**
+         * TickTimes
+         * @description The slowest tick since the last scene: each room's time, the whole, and how late it began.
+         */
+        TickTimes: {
+            rooms: components["schemas"]["RoomTime"][];
+            whole_us: number;
+            late_us: number;
         };
         /**
          * TightLegView
@@ -14198,6 +14736,152 @@ export interface operations {
             };
         };
     };
+    get_scene: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The newest scene that came, however old; null before the first. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShownScene"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    ask_for_scene: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_vehicle_shifts: {
         parameters: {
             query?: never;
@@ -15759,6 +16443,164 @@ export interface operations {
             };
         };
     };
+    get_run_onboard: {
+        parameters: {
+            query: {
+                /** @description Unix time */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description In order of time, 5 a second. Empty for runs of an older agent. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OnboardMoment"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_marks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RunMark"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_run_map: {
         parameters: {
             query?: never;
@@ -15827,6 +16669,447 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_recordings: {
+        parameters: {
+            query?: {
+                vehicle_id?: string | null;
+                limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    mark_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewMark"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    start_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewRecording"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_recording: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+                recording_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RecordingView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    fork_the_past: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ForkRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ForkView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

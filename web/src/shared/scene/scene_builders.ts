@@ -1,3 +1,4 @@
+import type { OnboardScene } from "./onboard_scene";
 import type { DrivingView, RideScene, Scene, VehicleScene, VehicleStatus } from "./scene";
 
 type Facts = VehicleScene["facts"];
@@ -85,6 +86,7 @@ export function aDrivingView(changes: Partial<DrivingView> = {}): DrivingView {
     turn_signal: null,
     headlights: null,
     horn: null,
+    guard: "",
     ...changes,
   };
 }
@@ -122,6 +124,23 @@ export function aScene(changes: Partial<Scene> = {}): Scene {
     rides: [],
     incidents: { open: 0, unacknowledged: 0, help_calls: 0, serial: 0 },
     areas: [],
+    ...changes,
+  };
+}
+
+/** A detailed scene in which the shuttle sees and plans nothing, with changes. */
+export function anOnboardScene(changes: Partial<OnboardScene> = {}): OnboardScene {
+  return {
+    type: "onboard_scene",
+    epoch: 0,
+    stamp_ns: 0,
+    points: [],
+    points_age_s: 0,
+    limited_by: null,
+    speed_mps_planned: 0,
+    guard: "",
+    path_times: null,
+    tick_times: null,
     ...changes,
   };
 }

@@ -13,6 +13,7 @@ import { formatDateTime } from "../../texts/times";
 import { Timeline } from "../timeline";
 import { MarkList } from "../mark_list";
 import { CopyLink } from "../copy_link";
+import { ForkPanel } from "./fork_panel";
 import { FleetPlayer } from "./fleet_player";
 import { PastFleet } from "./past_fleet";
 import { PastVehiclePanel } from "./past_vehicle_panel";
@@ -111,6 +112,7 @@ export function FleetReplayPage({ campus, replay }: FleetReplayPageProps) {
           />
         )}
         <MarkList marks={shown_marks} clock={player.clock} />
+        <ForkPanel clock={player.clock} end_ms={end_ms} />
       </aside>
     </div>
   );

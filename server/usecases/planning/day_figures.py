@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from campusloop.studies.dispatch.fleet_day import FleetDay, RideOutcome
+from server.usecases.planning.fleet_day import FleetDay, RideOutcome
 
 # Sums of many doubles.
 _ROUNDING_S = 1e-3

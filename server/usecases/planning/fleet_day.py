@@ -7,8 +7,11 @@ takes seconds, and two days can be compared ride by ride.
 import heapq
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from itertools import accumulate
+from typing import Protocol
 
+from contract.geometry import Array
 from server.dispatch.answer import PromiseRules, answer_all
 from server.dispatch.improve import CoolingSchedule, improve
 from server.dispatch.problem import Problem, Request, VehicleState
@@ -17,15 +20,41 @@ from server.dispatch.solve import without_deadline
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.planning.snapshot import seconds
-from simulator.demand.day import WantedRide
 
 _ATTEMPTS = 50
 _IMPROVED_EVERY_S = 30.0
 # No request is in the schedule for longer than its longest wait and ride plus this margin of its promise.
 _MARGIN_S = 1800.0
+# No window of a ride that is taken already ends before that.
+_OPEN_S = 86_400.0
 # Long after the last ride.
 _THE_END_S = 1e6
 _ANNOUNCED, _CANCELLED = 0, 1
+
+
+class WantedRide(Protocol):
+    """A ride that a passenger requests.
+
+    announced_at  when it is booked; earliest: the earliest pickup
+    cancelled_at  when it is cancelled, unless it is picked up before; None for never
+    """
+
+    @property
+    def ride(self) -> str: ...
+    @property
+    def announced_at(self) -> datetime: ...
+    @property
+    def earliest(self) -> datetime: ...
+    @property
+    def from_stop(self) -> str: ...
+    @property
+    def to_stop(self) -> str: ...
+    @property
+    def party(self) -> int: ...
+    @property
+    def wheelchairs(self) -> int: ...
+    @property
+    def cancelled_at(self) -> datetime | None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +88,14 @@ class Shuttle:
     vehicle_id: str
     seats: int
     wheelchair_places: int
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a shuttle begins: (n,) seconds from there to every stop, and when it can set out."""
+
+    to_stops_s: Array
+    ready_s: float
 
 
 @dataclass(slots=True)
@@ -96,15 +133,20 @@ def run_day(
     policy: Policy,
     seed: int = 1,
     watch: Callable[[], None] = lambda: None,
+    starts: Mapping[str, Start] | None = None,
+    promised: frozenset[str] = frozenset(),
 ) -> FleetDay:
     """Answer every ride when it is announced, drive, improve and cancel, until the last ride has ended.
 
     rides   in the order of announcement, between stops of the map; fleet: at least one shuttle
     watch   called after each ride is answered
+    starts  of shuttles, by id; the others begin at resting places
+    promised  rides that are taken already, so that none of them is refused for its time
     """
-    requests = {ride.ride: _request(ride, roads, rules) for ride in rides}
+    requests = {ride.ride: _request(ride, roads, rules, ride.ride in promised) for ride in rides}
     began_s = min(seconds(ride.announced_at) for ride in rides)
-    schedule = _schedule(fleet, roads, rules, began_s, _rows_max(rides, requests), policy.departure_slack)
+    begins = _starts(fleet, roads, began_s, starts or {})
+    schedule = _schedule(fleet, roads, rules, begins, _rows_max(rides, requests), policy.departure_slack)
     promise_rules = _promise_rules(roads, rules)
     day = FleetDay()
     improved_s = began_s
@@ -172,8 +214,8 @@ def _drive(schedule: Schedule, now_s: float, day: FleetDay) -> None:
             outcome.pickup_s = visit.at_s
 
 
-def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
-    """The request with the windows of a booking."""
+def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules, is_promised: bool) -> Request:
+    """The request with the windows of a booking; with open ones if it is taken already."""
     direct_s = roads.direct_s(ride.from_stop, ride.to_stop)
     earliest_s = max(seconds(ride.earliest), seconds(ride.announced_at))
     return Request(
@@ -183,9 +225,9 @@ def _request(ride: WantedRide, roads: FleetRoads, rules: FleetRules) -> Request:
         party=ride.party,
         wheelchairs=ride.wheelchairs,
         pickup_from_s=earliest_s,
-        pickup_to_s=earliest_s + rules.wait_s_max,
+        pickup_to_s=earliest_s + (_OPEN_S if is_promised else rules.wait_s_max),
         arrive_by_s=float("inf"),
-        ride_s_max=rules.ride_s_max(direct_s),
+        ride_s_max=_OPEN_S if is_promised else rules.ride_s_max(direct_s),
     )
 
 
@@ -198,24 +240,30 @@ def _schedule(
     fleet: Sequence[Shuttle],
     roads: FleetRoads,
     rules: FleetRules,
-    began_s: float,
+    starts: Sequence[Start],
     spare: int,
     departure_slack: float,
 ) -> Schedule:
-    """An empty schedule with every shuttle at a resting place."""
-    resting = roads.network.road_map.resting_places
+    """An empty schedule with every shuttle where it starts."""
     vehicles = tuple(
         VehicleState(
-            shuttle.vehicle_id,
-            roads.times_from_rest(resting[number % len(resting)]),
-            began_s,
-            shuttle.seats,
-            shuttle.wheelchair_places,
+            shuttle.vehicle_id, start.to_stops_s, start.ready_s, shuttle.seats, shuttle.wheelchair_places
         )
-        for number, shuttle in enumerate(fleet)
+        for shuttle, start in zip(fleet, starts, strict=True)
     )
     problem = Problem(vehicles, {}, roads.stop_times(frozenset()), dwell_s=rules.dwell_s)
     return Schedule(problem, spare, departure_slack)
+
+
+def _starts(
+    fleet: Sequence[Shuttle], roads: FleetRoads, began_s: float, known: Mapping[str, Start]
+) -> list[Start]:
+    """Where each shuttle starts; those of which that is not known, one at each resting place in turn."""
+    resting = roads.network.road_map.resting_places
+    return [
+        known.get(shuttle.vehicle_id) or Start(roads.times_from_rest(resting[number % len(resting)]), began_s)
+        for number, shuttle in enumerate(fleet)
+    ]
 
 
 def _rows_max(rides: Sequence[WantedRide], requests: Mapping[str, Request]) -> int:

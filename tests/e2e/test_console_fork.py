@@ -1,0 +1,43 @@
+"""A fork of the fleet's past in the browser."""
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.e2e.conftest import OpenPage
+from tests.e2e.operator import sign_in
+from tests.e2e.passenger import book
+from tests.e2e.scripted_shuttle import ScriptedShuttle
+
+pytestmark = pytest.mark.browser
+
+
+def test_a_moment_is_forked_with_one_shuttle_more_and_compared(
+    open_page: OpenPage, shuttle: ScriptedShuttle, screenshots: Path | None
+) -> None:
+    book(open_page("/"), "Main Library", "Life Sciences")
+    book(open_page("/"), "Gymnasium", "Building J")
+    console = open_page("/console", allowed=(409,))
+    sign_in(console)
+    console.get_by_role("link", name="Runs").click()
+    console.get_by_role("button", name="Replay the fleet").click()
+    fork = console.get_by_role("region", name="What if")
+    # At the day's beginning all rides of the day are still to come; it is longer ago than two hours.
+    fork.get_by_label("Rides of the next").select_option("12 hours")
+    console.get_by_role("region", name="What happened").get_by_role("button").first.click()
+    fork.get_by_label("Policy").select_option("insert only")
+    fork.get_by_role("button", name="Compare from").click()
+    table = fork.get_by_role("table")
+    expect(table).to_be_visible(timeout=60_000)
+    shuttles = table.get_by_role("row", name="Shuttles").get_by_role("cell")
+    again, changed = (int(shuttles.nth(k).inner_text()) for k in (1, 2))
+    assert changed == again + 1
+    expect(table.get_by_role("row", name="Rides served")).to_contain_text("2")
+    expect(fork).to_contain_text("Compare them with each other.")
+    if screenshots is not None:
+        fork.scroll_into_view_if_needed()
+        console.screenshot(path=screenshots / "fork.png")
+    fork.get_by_label("Shuttles more").fill("-50")
+    fork.get_by_role("button", name="Compare from").click()
+    expect(fork.get_by_text("There is nothing to compare at this moment, or too much.")).to_be_visible()
