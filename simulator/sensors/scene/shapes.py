@@ -148,6 +148,20 @@ def person(height_m: float, stride_rad: float) -> PackedMesh:
     return mesh.packed()
 
 
+def cyclist() -> PackedMesh:
+    """A person on a bicycle of 1.75 m, which rides along x; the origin is its middle."""
+    mesh = Mesh()
+    for x_m in (-0.55, 0.55):
+        mesh.add(wheel(x_m, 0.015, 0.33, 0.03, 12), Material.RUBBER)
+    mesh.add(box((-0.5, -0.02, 0.45), (0.45, 0.02, 0.75)), Material.METAL)
+    mesh.add(box((0.4, -0.3, 0.95), (0.5, 0.3, 1.0)), Material.METAL)
+    body = cylinder(0.16, 0.0, 0.6, 8, 0.2) * np.array([0.75, 1.15, 1.0]) + np.array([-0.1, 0.0, 0.9])
+    head = cylinder(0.09, 1.55, 1.78, 8, 0.08) + np.array([0.0, 0.0, 0.0])
+    legs = [_limb(0.08, 0.9, 0.25, side * 0.11, swing) for side, swing in ((-1.0, 0.5), (1.0, 0.0))]
+    mesh.add(np.concatenate((body, head, *legs)), Material.CLOTHES)
+    return mesh.packed()
+
+
 def _limb(radius_m: float, top_m: float, bottom_m: float, y_m: float, swing_rad: float) -> np.ndarray:
     """A leg or arm that hangs at top_m and swings forwards."""
     limb = cylinder(radius_m, bottom_m - top_m, 0.0, 6, 1.2 * radius_m)

@@ -3,29 +3,21 @@ import math
 import numpy as np
 import pytest
 
-from contract.roads.model import Building
 from simulator.sensors.lidars.mounts import four_lidars, in_makers_frame, mount, roof_lidar
 from simulator.sensors.lidars.response import LidarResponse
-from simulator.sensors.lidars.spinning_lidar import LidarScan, MountedLidar, MovingBodies, SpinningLidar
-from simulator.sensors.scene.changes import WorldChanges
-from simulator.sensors.scene.ground import GroundParams
+from simulator.sensors.lidars.scanner import MovingBodies
+from simulator.sensors.lidars.spinning_lidar import LidarScan, MountedLidar, SpinningLidar
 from simulator.sensors.scene.materials import Material
 from simulator.sensors.scene.mesh import Mesh, box
 from simulator.sensors.scene.shapes import shuttle
 from simulator.sensors.scene.static_scene import CastScene, StaticScene
+from tests.simulator.sensors.lidars.drives import WALL, bare_scene, moving
 from tests.simulator.sensors.scene.campus import a_street
 from vehicle_agent.config import Body
 from vehicle_agent.lidar.models import VLP16, XT16, LidarModel
 from vehicle_agent.lidar.plausibility import cloud_faults
 
 EXACT = LidarResponse(range_std_m=0.0, divergence_rad=0.0, dropout_ratio=0.0, bloom_ratio=0.0)
-FLAT = GroundParams(0.0, 0.0, 3.5, 0.0, 0.0)
-WALL = Building(((52.0, -300.0), (53.0, -300.0), (53.0, 300.0), (52.0, 300.0)), 2.9)
-
-
-def bare_scene(*buildings: Building) -> StaticScene:
-    """Flat ground without furniture but for these buildings; low ones have no windows."""
-    return StaticScene(a_street(8, buildings), 1, WorldChanges(parked_ratio=0.0, sway_m=0.0), FLAT)
 
 
 @pytest.fixture(scope="module")
@@ -43,22 +35,6 @@ def a_lidar(
     place = in_makers_frame(mount(0.0, 0.0, 2.0, 0.0), model)
     mounted = MountedLidar("top", place, model, response=response)
     return SpinningLidar(mounted, scene, np.random.default_rng(seed), **more)
-
-
-def moving(speed_mps: float, yaw_rate_radps: float = 0.0, x_m: float = 40.0):
-    """T_map_base of a straight or turning drive over flat ground."""
-
-    def poses(times_ns: np.ndarray) -> np.ndarray:
-        t = times_ns * 1e-9
-        yaw = yaw_rate_radps * t
-        found = np.tile(np.eye(4), (len(t), 1, 1))
-        found[:, 0, 0] = found[:, 1, 1] = np.cos(yaw)
-        found[:, 1, 0], found[:, 0, 1] = np.sin(yaw), -np.sin(yaw)
-        found[:, 0, 3] = x_m + speed_mps * t
-        found[:, 1, 3] = -1.75
-        return found
-
-    return poses
 
 
 def in_map(scan: LidarScan, trajectory) -> np.ndarray:
