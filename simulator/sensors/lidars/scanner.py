@@ -75,6 +75,11 @@ class Scanner:
         self._rays = np.empty(n, dtype=np.int64)
         self._spare: Array32 = np.empty(n, dtype=np.float32)
 
+    @property
+    def rays(self) -> int:
+        """Firings of a turn that the own body does not stop."""
+        return int(np.count_nonzero(self._own_m == 0.0))
+
     def measure(
         self, trajectory: Trajectory, begin_ns: int, moving: Sequence[MovingBodies], range_m_max: float
     ) -> TurnReturns:

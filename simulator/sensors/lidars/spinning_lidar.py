@@ -66,6 +66,11 @@ class SpinningLidar:
         self._scanner = Scanner(turn, mounted.T_base_sensor, params, scene, rng, own_body)
         self._mount = mounted.T_base_sensor[:3].astype(np.float32)
 
+    @property
+    def rays(self) -> int:
+        """Firings of a turn that the own body does not stop."""
+        return self._scanner.rays
+
     def scan(self, trajectory: Trajectory, begin_ns: int, moving: Sequence[MovingBodies] = ()) -> LidarScan:
         """The turn that begins at begin_ns.
 

@@ -104,5 +104,5 @@ class Furniture:
         scales = 1.0 + rng.uniform(-spread, spread, (k, 3)) if spread else np.ones((k, 3))
         shades = rng.uniform(0.6, 1.4, k) if spread else None
         placed = np.column_stack((poses[:, :2], z, yaw))
-        self.parts.append(template.placed(placed, scales, shades, self.objects))
+        self.parts.append(template.placed(placed, scales, shades, self.objects + np.arange(k)))
         self.objects += k

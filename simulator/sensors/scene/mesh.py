@@ -67,13 +67,18 @@ class PackedMesh:
         return len(self.triangles)
 
     def placed(
-        self, poses: Array, scales: Array, shades: Array | None = None, first_number: int = 0
+        self,
+        poses: Array,
+        scales: Array,
+        shades: Array | None = None,
+        numbers: NDArray[np.int64] | None = None,
     ) -> "PackedMesh":
         """A copy for each pose.
 
         poses   (k, 4) x, y, z, yaw
         scales  (k, 3) along the copy's own axes
         shades  (k,) multiply the reflectivity
+        numbers (k,) of the objects; None for 0 to k - 1
         """
         k, m = len(poses), len(self.triangles)
         corners = self.triangles.reshape(1, m * 3, 3) * scales[:, None, :].astype(np.float32)
@@ -90,7 +95,7 @@ class PackedMesh:
             placed.reshape(k * m, 3, 3),
             np.tile(self.materials, k),
             reflectivity,
-            np.repeat(np.arange(first_number, first_number + k, dtype=np.int32), m),
+            np.repeat((np.arange(k) if numbers is None else numbers).astype(np.int32), m),
         )
 
 

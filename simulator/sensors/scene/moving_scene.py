@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contract.geometry import Array
 from simulator.sensors.scene import shapes
@@ -10,7 +11,7 @@ from simulator.sensors.scene.ground import Ground
 from simulator.sensors.scene.mesh import PackedMesh, joined
 from simulator.sensors.scene.static_scene import CastScene
 from simulator.traffic.actors import Bodies
-from vehicle_agent.signals import CYCLIST, PEDESTRIAN
+from vehicle_agent.signals import CYCLIST
 
 # A step of a person who walks; half a swing of the legs.
 _STEP_M = 0.7
@@ -19,6 +20,8 @@ _STRIDES = 9
 _WALKING_MPS = 0.2
 _TRUCK_M_MIN = 5.6
 _CYCLE_M_MAX = 1.1
+# Places of the templates after those of the strides.
+_CAR, _TRUCK, _CYCLE, _SHUTTLE = range(_STRIDES, _STRIDES + 4)
 
 
 class MovingScenes:
@@ -30,52 +33,54 @@ class MovingScenes:
     def __init__(self, ground: Ground, fleet_numbers_from: int) -> None:
         self._ground, self._fleet_from = ground, fleet_numbers_from
         strides = np.linspace(-_SWING_RAD, _SWING_RAD, _STRIDES)
-        self._people = [shapes.person(1.75, float(stride)) for stride in strides]
-        self._car, self._truck, self._cyclist = shapes.car(), shapes.truck(), shapes.cyclist()
-        # As long as a car of the template, so that all scale by their sizes.
-        self._shuttle = shapes.shuttle(4.35, 1.63, 2.28, 2.175)
+        # Length and width of what is scaled to a body's size; None for people.
+        self._templates: list[tuple[PackedMesh, Array | None]] = [
+            (shapes.person(1.75, float(stride)), None) for stride in strides
+        ]
+        self._templates += [
+            (shapes.car(), np.array([4.4, 1.8])),
+            (shapes.truck(), np.array([7.0, 2.3])),
+            (shapes.cyclist(), np.array([1.75, 0.6])),
+            (shapes.shuttle(4.35, 1.63, 2.28, 2.175), np.array([4.35, 1.63])),
+        ]
 
     def of(self, bodies: Bodies) -> CastScene:
         """The scene of these bodies; without the vehicle whose sensors look at it."""
-        parts = [self._placed(bodies, k) for k in range(len(bodies.numbers))]
-        return CastScene(joined(parts)) if parts else CastScene(_nothing())
+        n = len(bodies.numbers)
+        if not n:
+            return CastScene(_nothing())
+        x, y = bodies.poses_map[:, 0], bodies.poses_map[:, 1]
+        people = bodies.people
+        z = np.where(people, self._ground.height_m(x, y), self._ground.road_m(x, y))
+        poses = np.column_stack((x, y, z, bodies.poses_map[:, 2]))
+        chosen = np.where(people, self._strides(bodies), self._vehicles(bodies))
+        scales = np.empty((n, 3))
+        scales[:] = (0.9 + 0.02 * (bodies.numbers * 7 % 10))[:, None]
+        parts = []
+        for kind in np.unique(chosen):
+            template, extent = self._templates[int(kind)]
+            rows = np.flatnonzero(chosen == kind)
+            if extent is not None:
+                scales[rows, :2] = bodies.sizes_m[rows] / extent
+                scales[rows, 2] = 1.0
+            parts.append(template.placed(poses[rows], scales[rows], numbers=bodies.numbers[rows]))
+        return CastScene(joined(parts))
 
-    def _placed(self, bodies: Bodies, k: int) -> PackedMesh:
-        x, y, yaw = (float(value) for value in bodies.poses_map[k])
-        length, width = (float(value) for value in bodies.sizes_m[k])
-        place = np.array([x]), np.array([y])
-        number = int(bodies.numbers[k])
-        if bodies.kinds[k] == PEDESTRIAN:
-            z = float(self._ground.height_m(*place)[0])
-            stature = 0.9 + 0.02 * (number * 7 % 10)
-            return self._template(bodies, k, x, y, yaw).placed(
-                np.array([[x, y, z, yaw]]), np.full((1, 3), stature), first_number=number
-            )
-        z = float(self._ground.road_m(*place)[0])
-        template, extent = self._vehicle(number, int(bodies.kinds[k]), length, width)
-        scales = np.array([[length / extent[0], width / extent[1], 1.0]])
-        return template.placed(np.array([[x, y, z, yaw]]), scales, first_number=number)
-
-    def _template(self, bodies: Bodies, k: int, x: float, y: float, yaw: float) -> PackedMesh:
-        velocity: Array = bodies.velocities_map_mps[k]
-        if float(np.hypot(velocity[0], velocity[1])) < _WALKING_MPS:
-            return self._people[_STRIDES // 2]
+    def _strides(self, bodies: Bodies) -> NDArray[np.int64]:
+        """(n,) the template of each body's stride."""
+        x, y, yaw = bodies.poses_map.T
         # The way along the heading sets the phase, so that legs swing with the distance walked.
-        way = x * math.cos(yaw) + y * math.sin(yaw) + 0.37 * float(bodies.numbers[k])
-        swing = math.sin(math.pi * way / _STEP_M)
-        return self._people[round(0.5 * (swing + 1.0) * (_STRIDES - 1))]
+        way = x * np.cos(yaw) + y * np.sin(yaw) + 0.37 * bodies.numbers
+        speeds = np.hypot(bodies.velocities_map_mps[:, 0], bodies.velocities_map_mps[:, 1])
+        swing = np.where(speeds < _WALKING_MPS, 0.0, np.sin(math.pi * way / _STEP_M))
+        return np.rint(0.5 * (swing + 1.0) * (_STRIDES - 1)).astype(np.int64)
 
-    def _vehicle(
-        self, number: int, kind: int, length: float, width: float
-    ) -> tuple[PackedMesh, tuple[float, float]]:
-        """The template and its own length and width."""
-        if number >= self._fleet_from:
-            return self._shuttle, (4.35, 1.63)
-        if kind == CYCLIST or width < _CYCLE_M_MAX:
-            return self._cyclist, (1.75, 0.6)
-        if length >= _TRUCK_M_MIN:
-            return self._truck, (7.0, 2.3)
-        return self._car, (4.4, 1.8)
+    def _vehicles(self, bodies: Bodies) -> NDArray[np.int64]:
+        """(n,) the template of each body if it is on wheels."""
+        length, width = bodies.sizes_m.T
+        kinds = np.where(length >= _TRUCK_M_MIN, _TRUCK, _CAR)
+        kinds = np.where((bodies.kinds == CYCLIST) | (width < _CYCLE_M_MAX), _CYCLE, kinds)
+        return np.where(bodies.numbers >= self._fleet_from, _SHUTTLE, kinds).astype(np.int64)
 
 
 def _nothing() -> PackedMesh:

@@ -133,13 +133,15 @@ def works() -> PackedMesh:
 
 
 def person(height_m: float, stride_rad: float) -> PackedMesh:
-    """A person who walks along x; stride_rad: how far the legs are apart, 0.0 standing."""
+    """A person who walks along x; stride_rad: how far the legs are apart, 0.0 standing.
+
+    Few triangles, since people are built anew in every tick.
+    """
     mesh = Mesh()
     scale = height_m / 1.75
     parts = [
-        cylinder(0.16, 0.85, 1.45, 8, 0.2) * np.array([0.75, 1.15, 1.0]),
-        cylinder(0.06, 1.45, 1.52, 6),
-        cylinder(0.09, 1.52, 1.75, 8, 0.08),
+        cylinder(0.16, 0.85, 1.5, 6, 0.19) * np.array([0.75, 1.15, 1.0]),
+        cylinder(0.09, 1.5, 1.75, 6, 0.08),
     ]
     for side, swing in ((-1.0, stride_rad), (1.0, -stride_rad)):
         parts.append(_limb(0.08, 0.85, 0.0, 0.11 * side, swing))
@@ -164,7 +166,7 @@ def cyclist() -> PackedMesh:
 
 def _limb(radius_m: float, top_m: float, bottom_m: float, y_m: float, swing_rad: float) -> np.ndarray:
     """A leg or arm that hangs at top_m and swings forwards."""
-    limb = cylinder(radius_m, bottom_m - top_m, 0.0, 6, 1.2 * radius_m)
+    limb = cylinder(radius_m, bottom_m - top_m, 0.0, 4, 1.2 * radius_m)
     cos, sin = math.cos(swing_rad), math.sin(swing_rad)
     swung = limb.copy()
     swung[:, :, 0] = cos * limb[:, :, 0] - sin * limb[:, :, 2]

@@ -54,10 +54,10 @@ def test_legs_swing_with_the_way_and_not_while_standing() -> None:
         low, high = extents(one)
         return float(high[1] - low[1])
 
-    walking = {round(stride(30.0, 0.1 * k, 1.2), 2) for k in range(10)}
-    standing = {round(stride(30.0, 0.1 * k, 0.0), 2) for k in range(10)}
+    walking = [stride(30.0, 0.1 * k, 1.2) for k in range(10)]
+    standing = [stride(30.0, 0.1 * k, 0.0) for k in range(10)]
     assert max(walking) > max(standing) + 0.2
-    assert len(standing) == 1
+    assert max(standing) - min(standing) < 0.001
 
 
 def test_scene_of_nobody_stops_no_ray() -> None:
