@@ -6,7 +6,7 @@ import numpy as np
 
 from contract.geometry import Array
 from simulator.sensors.lidars.spinning_lidar import MountedLidar
-from vehicle_agent.config import Body
+from vehicle_agent.config import Body, Profile
 from vehicle_agent.lidar.models import HESAI, VLP16, XT16, LidarModel
 
 _MAST_M = 0.35
@@ -44,6 +44,16 @@ def roof_lidar(body: Body, model: LidarModel = VLP16) -> MountedLidar:
     """One on a mast over the front of the roof, as on the GEM and the NUS cart."""
     at = mount(body.front_overhang_m - 0.3, 0.0, body.height_m + _MAST_M, 0.0)
     return MountedLidar("roof", in_makers_frame(at, model), model)
+
+
+def lidars_of(profile: Profile, four: bool = False) -> tuple[MountedLidar, ...]:
+    """A vehicle's lidars: four XT16, or the VLP-16 of its profile on a mast above the roof."""
+    if four:
+        return four_lidars(profile.body)
+    place = profile.lidar
+    z_m = max(place.z_m, profile.body.height_m + _MAST_M)
+    at = mount(place.x_m, place.y_m, z_m, 0.0)
+    return (MountedLidar("roof", in_makers_frame(at, VLP16), VLP16, place.rate_hz),)
 
 
 def four_lidars(body: Body, model: LidarModel = XT16) -> tuple[MountedLidar, ...]:

@@ -12,7 +12,8 @@ def tree(rng: np.random.Generator, leaves: int = 130) -> PackedMesh:
     """A tree 6 m to 10 m high: a trunk, some branches, and a crown of leaf clusters with gaps."""
     mesh = Mesh()
     height = rng.uniform(6.0, 10.0)
-    clear, radius = height * rng.uniform(0.25, 0.35), height * rng.uniform(0.2, 0.3)
+    # Over roads branches are cut up to the height of a shuttle.
+    clear, radius = max(2.7, height * rng.uniform(0.25, 0.35)), height * rng.uniform(0.2, 0.3)
     girth = rng.uniform(0.09, 0.2)
     mesh.add(cylinder(girth, -0.4, 0.75 * height, 8, 0.4 * girth), Material.BARK)
     # Clusters are denser at the crown's surface.
