@@ -43,6 +43,11 @@ class SceneOptions:
     rain_mm_per_h: float = 0.0
 
 
+def scene_of_run(seed: int) -> SceneOptions:
+    """The campus of every run, in which the run's seed parks the vehicles."""
+    return SceneOptions(changes=WorldChanges(seed=seed))
+
+
 class SceneLidars:
     """One static scene, and the sensors of each vehicle. `faults` by vehicle: each sensor's may be set."""
 
