@@ -1,4 +1,4 @@
-"""What a vehicle's simulated lidars cost: `python -m benchmarks.sensors [--map F] [--json F]`.
+"""What a vehicle's simulated lidars cost: `python -m benchmarks.sensors [--map F] [--picture F] [--json F]`.
 
 One vehicle drives over a campus among people and vehicles. Each row is a set of lidars at 10 Hz. All is on
 one core: poses, moving scenes of five ticks, rays, noise, intensities, clouds, points in the base frame.
@@ -8,6 +8,8 @@ cpu_ms_median      process time of the same
 rays               cast in 0.1 s, without those that the own body stops
 points             returns in 0.1 s
 build_s            the static scene, once for all vehicles; triangles: of it
+
+--picture F draws one turn of the four lidars.
 """
 
 import argparse
@@ -20,6 +22,7 @@ import numpy as np
 
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.sensors.drive import Drive, others_around, way_over
+from benchmarks.sensors.picture import draw_scan
 from contract.roads.load import load_map
 from simulator.fleet import STEP_NS
 from simulator.sensors.lidars.mounts import four_lidars, roof_lidar
@@ -55,6 +58,8 @@ def main() -> None:
         ("one XT16", (roof_lidar(body, XT16),)),
         ("four XT16", four_lidars(body, XT16)),
     )
+    if arguments.picture is not None:
+        _draw(arguments.picture, sets[2][1], scene, drive, body, arguments)
     rows = [_row(name, lidars, scene, drive, body, arguments) for name, lidars in sets]
     memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     summary: Row = {
@@ -73,6 +78,35 @@ def main() -> None:
     report.write(arguments.json, "sensors", plain, rows, summary)
 
 
+def _draw(
+    path: Path,
+    lidars: tuple[MountedLidar, ...],
+    scene: StaticScene,
+    drive: Drive,
+    body: Body,
+    arguments: argparse.Namespace,
+) -> None:
+    begin_ns = arguments.scans // 2 * _PERIOD_NS
+    moving = _moving(MovingScenes(scene.ground, _FLEET_FROM), drive, begin_ns, arguments)
+    own = _own_body(body)
+    scans = [
+        SpinningLidar(mounted, scene, np.random.default_rng([arguments.seed, number]), own).scan(
+            drive.poses, begin_ns, moving
+        )
+        for number, mounted in enumerate(lidars)
+    ]
+    draw_scan(
+        path,
+        np.concatenate([scan.points_base for scan in scans]),
+        np.concatenate([scan.cloud.intensities for scan in scans]),
+        f"four XT16, one turn at {_SPEED_MPS:g} m/s",
+    )
+
+
+def _own_body(body: Body) -> CastScene:
+    return CastScene(shuttle(body.length_m, body.width_m, body.height_m, body.rear_overhang_m))
+
+
 def _row(
     name: str,
     lidars: tuple[MountedLidar, ...],
@@ -81,7 +115,7 @@ def _row(
     body: Body,
     arguments: argparse.Namespace,
 ) -> Row:
-    own = CastScene(shuttle(body.length_m, body.width_m, body.height_m, body.rear_overhang_m))
+    own = _own_body(body)
     sensors = [
         SpinningLidar(mounted, scene, np.random.default_rng([arguments.seed, number]), own)
         for number, mounted in enumerate(lidars)
@@ -131,6 +165,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--people", type=int, default=20)
     parser.add_argument("--vehicles", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--picture", type=Path, help="draws one turn of the four lidars")
     parser.add_argument("--json", type=Path, help="where to write the report")
     return parser.parse_args()
 
