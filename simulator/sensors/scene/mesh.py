@@ -66,6 +66,12 @@ class PackedMesh:
     def __len__(self) -> int:
         return len(self.triangles)
 
+    def selected(self, chosen: NDArray[np.bool_]) -> "PackedMesh":
+        """The triangles that `chosen` (n,) names."""
+        return PackedMesh(
+            self.triangles[chosen], self.materials[chosen], self.reflectivity[chosen], self.objects[chosen]
+        )
+
     def placed(
         self,
         poses: Array,

@@ -16,6 +16,8 @@ from simulator.sensors.scene.ground_mesh import add_ground
 from simulator.sensors.scene.mesh import Mesh, PackedMesh, joined
 
 Array32 = NDArray[np.float32]
+# Twice the area of a triangle that no beam can hit, m2.
+_AREA_MIN = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,17 +35,18 @@ class CastScene:
 
     def __init__(self, mesh: PackedMesh) -> None:
         """Triangles without an area are left out."""
-        edges = mesh.triangles[:, 1:] - mesh.triangles[:, :1]
-        normals = np.cross(edges[:, 0], edges[:, 1])
-        lengths = np.linalg.norm(normals, axis=1)
-        whole = lengths > 1e-9
-        self.surfaces = Surfaces(
-            (normals[whole] / lengths[whole, None]).astype(np.float32),
-            mesh.materials[whole],
-            mesh.reflectivity[whole],
-            mesh.objects[whole],
+        normals = np.cross(
+            mesh.triangles[:, 1] - mesh.triangles[:, 0], mesh.triangles[:, 2] - mesh.triangles[:, 0]
         )
-        self.triangles = mesh.triangles[whole]
+        lengths = np.linalg.norm(normals, axis=1)
+        whole = lengths > _AREA_MIN
+        if not whole.all():
+            mesh, normals, lengths = mesh.selected(whole), normals[whole], lengths[whole]
+        normals /= lengths[:, None]
+        self.surfaces = Surfaces(
+            normals.astype(np.float32, copy=False), mesh.materials, mesh.reflectivity, mesh.objects
+        )
+        self.triangles = mesh.triangles
         self._scene: EmbreeScene | None = None
         if len(self.triangles):
             self._scene = EmbreeScene()
@@ -87,3 +90,9 @@ class StaticScene(CastScene):
         furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
         self.sway_phases = furniture.sway_phases
         super().__init__(joined([mesh.packed(), *furniture.parts]))
+        self._build_hierarchy()
+
+    def _build_hierarchy(self) -> None:
+        """Embree sorts its triangles at the first ray, which takes too long for the first scan of a drive."""
+        up = np.array([[0.0, 0.0, 1.0]], dtype=np.float32)
+        self.cast(up, up, np.ones(1, dtype=np.float32))
