@@ -74,6 +74,15 @@ def test_points_of_a_vehicle_that_drives_fit_the_base_at_the_end_of_the_turn() -
     assert west[:, 0].min() + x_m == pytest.approx(70.0, abs=0.1)
 
 
+def test_same_seeds_give_the_same_scans_of_a_drive() -> None:
+    runs = [
+        scans(a_world({"s1": Pose2(40.0, 0.0, 0.0)}, SceneOptions(seed=seed), speed_mps=2.0), "s1", 11, True)
+        for seed in (1, 1, 2)
+    ]
+    digests = [b"".join(points.tobytes() for points in run.values()) for run in runs]
+    assert digests[0] == digests[1] != digests[2]
+
+
 def test_driver_turns_points_about_the_arc_that_is_still_driven() -> None:
     speed, rate, period_ns = 4.0, 0.5, 100_000_000
     offsets = np.array([0, 40_000_000, 100_000_000])
