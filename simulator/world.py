@@ -4,7 +4,7 @@ One `step` is 20 ms of world time and the world reads no clock, so the same worl
 the conductor and in real time in `campusloop simulate`.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -128,7 +128,9 @@ class SimWorld:
     def _set_up_sensors(self, road_map: RoadMap) -> None:
         options, profiles = self.options, self._profiles
         self.gnss = self._receivers(road_map)
-        self._imus = {v: Imu(options.imu, self._rng(f"imu {v}")) for v in profiles}
+        # On hills an accelerometer measures the slope, too.
+        imu = options.imu if self.scene_lidars is None else replace(options.imu, gravity=True)
+        self._imus = {v: Imu(imu, self._rng(f"imu {v}")) for v in profiles}
         self._lidars: dict[str, Lidar] = {}
         if options.lidar and self.scene_lidars is None:
             walls = WallScene(self._buildings)

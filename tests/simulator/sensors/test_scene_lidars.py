@@ -15,6 +15,7 @@ from simulator.world import SimWorld, WorldError, WorldOptions
 from tests.simulator.street import QuietPhone, street
 from tests.simulator.traffic.careful_driver import START_NS
 from vehicle_agent.config import LidarMount, Profile
+from vehicle_agent.signals import ImuSample
 
 STEP_NS = 20_000_000
 PLAIN = SceneOptions(changes=WorldChanges(parked_ratio=0.0), ground=GroundParams(grade_ratio=0.0))
@@ -108,6 +109,23 @@ def test_hill_slows_the_vehicle_and_shows_in_its_truth() -> None:
     ground = world.scene_lidars.scene.ground
     rise = ground.road_m(np.array([103.0, 100.0]), np.zeros(2))
     assert np.mean(grades) == pytest.approx((rise[0] - rise[1]) / 3.0, abs=0.01)
+
+
+def test_vehicle_that_stands_on_a_hill_measures_its_slope() -> None:
+    hills = SceneOptions(ground=GroundParams(grade_ratio=0.04))
+    world = a_world({"s1": Pose2(100.0, 0.0, 0.0)}, hills)
+    assert world.scene_lidars is not None
+    x_m = np.arange(20.0, 560.0)
+    heights_m = world.scene_lidars.scene.ground.road_m(x_m, np.zeros(len(x_m)))
+    world.place("s1", Pose2(float(x_m[np.argmax(np.diff(heights_m))]), 0.0, 0.0))
+    world.step(START_NS)
+    truth = world.truth("s1")
+    measured = []
+    for k in range(400):
+        items = world.sensor_items("s1", START_NS + k * STEP_NS)
+        measured += [item.accel_mps2 for item in items if isinstance(item, ImuSample)]
+    assert truth.grade_ratio > 0.02
+    assert np.mean(measured) == pytest.approx(truth.accel_mps2 + 9.81 * truth.grade_ratio, abs=0.04)
 
 
 def test_dead_sensor_gives_no_scan_until_it_works_again() -> None:
