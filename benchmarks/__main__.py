@@ -27,6 +27,7 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.connections.slow_readers", "--seconds", "15"),
     ("benchmarks.replies",),
     ("benchmarks.maps",),
+    ("benchmarks.sensors", "--scans", "100"),
     ("benchmarks.localization", "--km", "2", "--runs", "1"),
 )
 

@@ -7,6 +7,11 @@ from contract.roads.model import Building, Lane, Origin, RoadMap
 from contract.roads.network import RoadNetwork
 from simulator.scoring.metrics import relations
 from simulator.sensors.lidar import Lidar
+from simulator.sensors.lidars.driver import moved_to_end
+from simulator.sensors.lidars.mounts import roof_lidar
+from simulator.sensors.lidars.spinning_lidar import SpinningLidar
+from simulator.sensors.scene.changes import WorldChanges
+from simulator.sensors.scene.static_scene import StaticScene
 from simulator.sensors.walls import WallScene
 from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import VEHICLE_COLUMNS, step_crowd
@@ -28,7 +33,9 @@ def warm_kernels() -> None:
     boxes = np.array([[10.0, 0.0, 0.0, 0.85, 3.5, 0.8, 2.2]])
     Lidar(LidarMount(), Body(), walls).scan(here, boxes, np.array([[8.0, 0.0, 0.25, 1.7]]), rng)
     lane = Lane("lane", "road", ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), 4.0, 4.0, False, ())
-    corridor = Corridor(RoadNetwork(RoadMap("warm", "warm", Origin(0.0, 0.0), (lane,), (), (), ())))
+    road_map = RoadMap("warm", "warm", Origin(0.0, 0.0), (lane,), (), (), ())
+    _warm_scene(road_map, rng)
+    corridor = Corridor(RoadNetwork(road_map))
     corridor.update(here)
     corridor.follow(np.array([[0.0, 0.0], [50.0, 0.0]]))
     corridor.update(here)
@@ -41,3 +48,9 @@ def warm_kernels() -> None:
     relations(vehicles[0], ahead[0], crowd.people[:, :2].copy())
     outlines_overlap(vehicles[0], vehicles[0])
     outline_meets_edges(vehicles[0], np.zeros((1, 4)))
+
+
+def _warm_scene(road_map: RoadMap, rng: np.random.Generator) -> None:
+    scene = StaticScene(road_map, 1, WorldChanges(parked_ratio=0.0))
+    scan = SpinningLidar(roof_lidar(Body()), scene, rng).scan(lambda t: np.tile(np.eye(4), (len(t), 1, 1)), 0)
+    moved_to_end(scan.points_base, scan.cloud.offsets_ns, 100_000_000, 1.0, 0.1)

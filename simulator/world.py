@@ -4,7 +4,7 @@ One `step` is 20 ms of world time and the world reads no clock, so the same worl
 the conductor and in real time in `campusloop simulate`.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from simulator.sensors.gnss import CampusReceiver, GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
 from simulator.sensors.lidar import Lidar, LidarNoise
 from simulator.sensors.ray_hits import BOX_COLUMNS, Array32
+from simulator.sensors.scene.changes import SceneError
+from simulator.sensors.scene_lidars import SceneLidars, SceneOptions
 from simulator.sensors.sky import Sky
 from simulator.sensors.tracker import Tracker, TrackerNoise
 from simulator.sensors.walls import WallScene
@@ -52,6 +54,8 @@ class WorldOptions:
     tracker  noise of the trackers, for vehicles whose stack tracks road users
     plant_seed  of the dynamics of vehicles that `plants` does not name (`random_plant`); None: nominal ones
     campus_sky  buildings hide satellites and reflect their signals (`sensors/sky.py`)
+    scene       hills, kerbs, facades, trees and parked vehicles for lidars that move while they scan
+                (`sensors/scene_lidars.py`); None: walls of the map on a plane, each scan at one instant
     """
 
     traffic: TrafficParams | None = field(default_factory=TrafficParams)
@@ -64,6 +68,7 @@ class WorldOptions:
     tracker: TrackerNoise = field(default_factory=TrackerNoise)
     plant_seed: int | None = None
     campus_sky: bool = False
+    scene: SceneOptions | None = None
 
     def plants_of(self, profiles: dict[str, Profile]) -> dict[str, PlantParams]:
         """The dynamics that are not the nominal ones of the vehicle's profile."""
@@ -85,7 +90,7 @@ class SimWorld:
         phone: Phone,
         options: WorldOptions | None = None,
     ) -> None:
-        """Raises WorldError without vehicles, or if a vehicle has no start pose."""
+        """Raises WorldError without vehicles, if a vehicle has no start pose, or a scene cannot be built."""
         if not profiles:
             raise WorldError("a world needs at least one vehicle")
         missing = [v for v in profiles if v not in poses_map]
@@ -97,12 +102,17 @@ class SimWorld:
         self._profiles = profiles
         self._number = {v: i for i, v in enumerate(profiles)}
         self.fleet = SimFleet(profiles, poses_map, self.options.plants_of(profiles))
+        self.scene_lidars = self._scene_lidars(road_map)
+        # The world's buildings; the map knows nothing of what has changed.
+        self._buildings = (
+            road_map.buildings if self.scene_lidars is None else self.scene_lidars.scene.buildings
+        )
         network = RoadNetwork(road_map)
         self._chargers = Chargers(network)
         self._corridors = [Corridor(network) for _ in profiles]
         self._vehicles: Array = np.zeros((len(profiles), VEHICLE_COLUMNS))
         self._ahead: Array = np.zeros((len(profiles), SAMPLES, 2))
-        self._score = Scorekeeper(self.vehicle_ids, road_map.buildings)
+        self._score = Scorekeeper(self.vehicle_ids, self._buildings)
         self.pedestrians = (
             Pedestrians(self.options.traffic, self._rng("traffic"), len(profiles))
             if self.options.traffic and self.options.actors is None
@@ -118,15 +128,17 @@ class SimWorld:
     def _set_up_sensors(self, road_map: RoadMap) -> None:
         options, profiles = self.options, self._profiles
         self.gnss = self._receivers(road_map)
-        self._imus = {v: Imu(options.imu, self._rng(f"imu {v}")) for v in profiles}
+        # On hills an accelerometer measures the slope, too.
+        imu = options.imu if self.scene_lidars is None else replace(options.imu, gravity=True)
+        self._imus = {v: Imu(imu, self._rng(f"imu {v}")) for v in profiles}
         self._lidars: dict[str, Lidar] = {}
-        if options.lidar:
-            walls = WallScene(road_map.buildings)
+        if options.lidar and self.scene_lidars is None:
+            walls = WallScene(self._buildings)
             self._lidars = {
                 v: Lidar(profile.lidar, profile.body, walls, options.lidar_noise)
                 for v, profile in profiles.items()
             }
-        edges = wall_edges(road_map.buildings)
+        edges = wall_edges(self._buildings)
         self.trackers = {
             v: Tracker(options.tracker, edges, profile.lidar.x_m, self._rng(f"tracker {v}"))
             for v, profile in profiles.items()
@@ -135,12 +147,21 @@ class SimWorld:
         self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
         self._scan_due_ns: dict[str, int] = {}
 
+    def _scene_lidars(self, road_map: RoadMap) -> SceneLidars | None:
+        options = self.options
+        if options.scene is None or not options.lidar:
+            return None
+        try:
+            return SceneLidars(road_map, self._profiles, options.scene, FLEET_NUMBERS_FROM)
+        except SceneError as error:
+            raise WorldError(f"the scene cannot be built: {error}") from error
+
     def _receivers(self, road_map: RoadMap) -> dict[str, GnssReceiver]:
         origin, noise = road_map.origin, self.options.gnss
         rngs = {v: self._rng(f"gnss {v}") for v in self._profiles}
         if not self.options.campus_sky:
             return {v: GnssReceiver(origin, noise, rng) for v, rng in rngs.items()}
-        sky = Sky(road_map.buildings, self._rng("sky"))
+        sky = Sky(self._buildings, self._rng("sky"))
         return {v: CampusReceiver(origin, noise, sky, rng) for v, rng in rngs.items()}
 
     def _rng(self, name: str) -> np.random.Generator:
@@ -177,19 +198,29 @@ class SimWorld:
 
         Vehicles scan in turn, one 20 ms step apart, so that no step carries all scans.
         """
+        if self.scene_lidars is not None:
+            others, truth = self.road_users_of(vehicle_id), self.truth(vehicle_id)
+            is_due = self._is_scan_due(vehicle_id, now_ns)
+            return self.scene_lidars.scan(vehicle_id, now_ns, is_due, truth, others)
         lidar = self._lidars.get(vehicle_id)
-        if lidar is None:
+        if lidar is None or not self._is_scan_due(vehicle_id, now_ns):
             return None
-        period_ns = round(1e9 / self._profiles[vehicle_id].lidar.rate_hz)
-        due_ns = self._scan_due_ns.get(vehicle_id, now_ns + self._number[vehicle_id] * STEP_NS % period_ns)
-        if now_ns < due_ns:
-            self._scan_due_ns[vehicle_id] = due_ns
-            return None
-        self._scan_due_ns[vehicle_id] = due_ns + period_ns
         moving = self.bodies()
         boxes = np.vstack((np.delete(self._boxes(), self._number[vehicle_id], axis=0), moving.boxes()))
         pose_map, rng = self.truth(vehicle_id).pose_map, self._lidar_rngs[vehicle_id]
         return lidar.scan(pose_map, boxes, moving.cylinders(), rng)
+
+    def _is_scan_due(self, vehicle_id: str, now_ns: int) -> bool:
+        rate_hz = self._profiles[vehicle_id].lidar.rate_hz
+        if rate_hz <= 0.0:
+            return False
+        period_ns = round(1e9 / rate_hz)
+        due_ns = self._scan_due_ns.get(vehicle_id, now_ns + self._number[vehicle_id] * STEP_NS % period_ns)
+        if now_ns < due_ns:
+            self._scan_due_ns[vehicle_id] = due_ns
+            return False
+        self._scan_due_ns[vehicle_id] = due_ns + period_ns
+        return True
 
     def tracked(self, vehicle_id: str, now_ns: int) -> list[TrackPercept]:
         """Answers of the vehicle's tracker that are due; call once a tick for each vehicle."""
@@ -230,6 +261,11 @@ class SimWorld:
 
     def step(self, now_ns: int) -> None:
         """Advance the world from now_ns to now_ns + 20 ms."""
+        if self.scene_lidars is not None:
+            for vehicle_id, number in self._number.items():
+                self.fleet.plant.grades[number] = self.scene_lidars.grade_ratio(
+                    self.truth(vehicle_id).pose_map, self._profiles[vehicle_id].body.wheelbase_m
+                )
         self.fleet.step(now_ns)
         self._update_views()
         places_map, speeds_mps = self._vehicles[:, V_X:V_YAW], self._vehicles[:, V_SPEED]

@@ -5,21 +5,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 from contract.geometry import Array
-from vehicle_agent.lidar.models import HESAI, VLP16, LidarModel
-from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
+from contract.roads.model import Building, Lane, Origin, RoadMap
+from simulator.sensors.lidars.mounts import in_makers_frame, mount
+from simulator.sensors.lidars.spinning_lidar import MountedLidar, SpinningLidar
+from simulator.sensors.scene.changes import WorldChanges
+from simulator.sensors.scene.static_scene import StaticScene
+from vehicle_agent.lidar.models import VLP16, LidarModel
+from vehicle_agent.signals.point_cloud import PointCloud
 
-_COLUMNS = 900
-_PERIOD_S = 0.1
+_PERIOD_NS = 100_000_000
 _SENSOR_M = 2.3
-_RANGE_STD_M = {HESAI: 0.006}
-_VELODYNE_STD_M = 0.015
-_DROPOUT = 0.03
-# Nothing stands nearer to the way.
-_CLEAR_M = 2.6
+_LANE_M = 4.0
+# Points of a lane are at most a metre apart.
+_LANE_STEP_M = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,64 +36,43 @@ class SimulatedDrive:
     """The scans of one drive and the true poses of the lidar; the same for the same seed."""
 
     def __init__(self, seed: int, loop: Loop | None = None, model: LidarModel = VLP16) -> None:
-        self._rng = np.random.default_rng(seed)
-        self._loop, self._model = loop or Loop(), model
-        self._scene = EmbreeScene()
-        # embreex keeps no reference of its own.
-        self._way = _way(self._loop)
-        triangles = _triangles(self._loop, self._way[:, 1:3], self._rng)
-        self._mesh = TriangleMesh(self._scene, triangles.astype(np.float32))
-        self._duration_s = float(self._way[-1, 0])
-        self.scans = math.floor(self._duration_s / _PERIOD_S)
+        self._way = _way(loop or Loop())
+        road_map = _block(loop or Loop(), self._way[:, 1:3], np.random.default_rng(seed))
+        scene = StaticScene(road_map, seed, WorldChanges(seed=seed))
+        self._ground = scene.ground
+        self._T_base_sensor = in_makers_frame(mount(0.0, 0.0, _SENSOR_M, 0.0), model)
+        self._lidar = SpinningLidar(
+            MountedLidar("top", self._T_base_sensor, model), scene, np.random.default_rng([seed, 1])
+        )
+        self.scans = math.floor(float(self._way[-1, 0]) * 1e9 / _PERIOD_NS)
 
     def truth(self) -> Array:
         """(scans, 4, 4) of the lidar at the stamps, relative to the first."""
-        poses = self._poses(_PERIOD_S * np.arange(self.scans))
+        poses = self._poses(_PERIOD_NS * np.arange(self.scans)) @ self._T_base_sensor
         back = np.linalg.inv(poses[0])
         relative: Array = back @ poses
         return relative
 
     def clouds(self) -> Iterator[PointCloud]:
         """The scans in order, each begun at its stamp."""
-        model = self._model
-        azimuths = -2.0 * math.pi * np.arange(_COLUMNS) / _COLUMNS
-        azimuth = azimuths[:, None] + model.azimuths_rad[None, :]
-        level = np.cos(model.elevations_rad)[None, :]
-        up = np.broadcast_to(np.sin(model.elevations_rad), azimuth.shape)
-        directions = np.stack((level * np.cos(azimuth), level * np.sin(azimuth), up), axis=2)
-        times_s = _PERIOD_S * np.arange(_COLUMNS) / _COLUMNS
-        std_m = _RANGE_STD_M.get(model.maker, _VELODYNE_STD_M)
         for number in range(self.scans):
-            poses = self._poses(number * _PERIOD_S + times_s)
-            rays = np.einsum("cij,crj->cri", poses[:, :3, :3], directions).reshape(-1, 3).astype(np.float32)
-            origins = np.repeat(poses[:, :3, 3], model.channels, axis=0).astype(np.float32)
-            reach = self._scene.run(
-                origins, rays, np.full(len(rays), 100.0, dtype=np.float32), query="DISTANCE"
-            )
-            reach = reach.astype(np.float64) + self._rng.normal(0.0, std_m, len(rays))
-            hit = (reach < 99.0) & (reach > 0.8) & (self._rng.random(len(rays)) > _DROPOUT)
-            points = directions.reshape(-1, 3)[hit] * reach[hit, None]
-            offsets_ns = np.rint(1e9 * np.repeat(times_s, model.channels))[hit]
-            rings = np.tile(model.rings, _COLUMNS)[hit]
-            yield point_cloud(round(1e9 * number * _PERIOD_S), points, None, rings, offsets_ns)
+            yield self._lidar.scan(self._poses, number * _PERIOD_NS).cloud
 
-    def _poses(self, times_s: Array) -> Array:
-        """(n, 4, 4) of the lidar in the scene: along the way, rolling and pitching a little."""
+    def _poses(self, times_ns: np.ndarray) -> Array:
+        """(n, 4, 4) T_map_base: on the road, rolling, pitching and heaving a little."""
+        times_s = times_ns * 1e-9
         t, x, y, yaw = self._way.T
-        yaws = np.interp(times_s, t, yaw)
+        places = np.column_stack([np.interp(times_s, t, column) for column in (x, y, yaw)])
+        poses = self._ground.poses(places)
         roll, pitch = 0.010 * np.sin(2.3 * times_s), 0.008 * np.sin(3.1 * times_s + 1.0)
-        cy, sy = np.cos(yaws), np.sin(yaws)
-        poses = np.zeros((len(times_s), 4, 4))
-        poses[:, 0, 0], poses[:, 0, 1], poses[:, 0, 2] = cy, -sy, cy * pitch + sy * roll
-        poses[:, 1, 0], poses[:, 1, 1], poses[:, 1, 2] = sy, cy, sy * pitch - cy * roll
-        poses[:, 2, 0], poses[:, 2, 1], poses[:, 2, 2] = -pitch, roll, 1.0
+        sway: Array = np.tile(np.eye(4), (len(times_s), 1, 1))
+        sway[:, 0, 2], sway[:, 2, 0], sway[:, 1, 2], sway[:, 2, 1] = pitch, -pitch, -roll, roll
         # Small angles leave the axes a little off right angles.
-        u, _, vt = np.linalg.svd(poses[:, :3, :3])
-        poses[:, :3, :3] = u @ vt
-        poses[:, 0, 3], poses[:, 1, 3] = np.interp(times_s, t, x), np.interp(times_s, t, y)
-        poses[:, 2, 3] = _SENSOR_M + 0.02 * np.sin(1.7 * times_s)
-        poses[:, 3, 3] = 1.0
-        return poses
+        u, _, vt = np.linalg.svd(sway[:, :3, :3])
+        sway[:, :3, :3] = u @ vt
+        sway[:, 2, 3] = 0.02 * np.sin(1.7 * times_s)
+        moved: Array = poses @ sway
+        return moved
 
 
 def _way(loop: Loop) -> Array:
@@ -118,29 +97,24 @@ def _way(loop: Loop) -> Array:
     return np.column_stack((time, x, y, yaw))
 
 
-def _triangles(loop: Loop, way: Array, rng: np.random.Generator) -> Array:
-    """Ground, houses inside and outside of the loop, parked cars, poles and trunks beside it."""
-    found: list[Array] = [
-        _quad(np.array([-400.0, -400.0, 0.0]), np.array([800.0, 0.0, 0.0]), np.array([0.0, 800.0, 0.0]))
-    ]
+def _block(loop: Loop, way: Array, rng: np.random.Generator) -> RoadMap:
+    """A lane around houses, with houses around it."""
+    lengths = np.hypot(*np.diff(way, axis=0).T)
+    s = np.concatenate(([0.0], np.cumsum(lengths)))
+    at = np.linspace(0.0, s[-1], math.ceil(s[-1] / _LANE_STEP_M))
+    points = tuple(
+        zip(np.interp(at, s, way[:, 0]).tolist(), np.interp(at, s, way[:, 1]).tolist(), strict=True)
+    )
+    lane = Lane("loop", "road", points, _LANE_M, loop.speed_mps, False, ("loop",))
     centre = np.array([0.0, 0.5 * loop.width_m])
     half = 0.5 * np.array([loop.length_m, loop.width_m])
-    found += _blocks(centre, half - 7.0, rng, inside=True) + _blocks(centre, half + 8.0, rng, inside=False)
-    for _ in range(60):
-        place = _beside(centre, half, rng)
-        if np.linalg.norm(way - place, axis=1).min() < _CLEAR_M:
-            continue
-        if rng.random() < 0.4:
-            found += _box(place, rng.uniform(-0.1, 0.1) + rng.integers(0, 2) * 0.5 * math.pi, 4.2, 1.8, 1.5)
-        else:
-            width = rng.uniform(0.15, 0.5)
-            found += _box(place, rng.uniform(0.0, 1.5), width, width, rng.uniform(2.0, 7.0))
-    return np.concatenate(found)
+    houses = _houses(centre, half - 7.0, rng, inside=True) + _houses(centre, half + 8.0, rng, inside=False)
+    return RoadMap("block", "Block", Origin(0.0, 0.0), (lane,), (), (), (), tuple(houses))
 
 
-def _blocks(centre: Array, half: Array, rng: np.random.Generator, inside: bool) -> list[Array]:
+def _houses(centre: Array, half: Array, rng: np.random.Generator, inside: bool) -> list[Building]:
     """Houses with gaps along the four sides of a rectangle, whose fronts are not quite in line."""
-    found: list[Array] = []
+    found: list[Building] = []
     for side in range(4):
         angle = 0.5 * math.pi * side
         along, out = (
@@ -154,31 +128,20 @@ def _blocks(centre: Array, half: Array, rng: np.random.Generator, inside: bool) 
             back = rng.uniform(0.0, 2.5)
             front = reach - back - 0.5 * depth if inside else reach + back + 0.5 * depth
             middle = centre + along * (at + 0.5 * width) + out * front
-            found += _box(middle, angle + rng.uniform(-0.03, 0.03), width, depth, rng.uniform(3.0, 12.0))
+            found.append(
+                _house(middle, angle + rng.uniform(-0.03, 0.03), width, depth, rng.uniform(3.0, 12.0))
+            )
             at += width + rng.uniform(1.0, 7.0)
     return found
 
 
-def _beside(centre: Array, half: Array, rng: np.random.Generator) -> Array:
-    """A place 3 to 5 m beside the way."""
-    off = rng.uniform(3.0, 5.0) * rng.choice([-1.0, 1.0])
-    side, share = int(rng.integers(0, 4)), rng.uniform(-0.9, 0.9)
-    if side % 2 == 0:
-        return centre + np.array([share * half[0], (half[1] + off) * (1.0 if side else -1.0)])
-    return centre + np.array([(half[0] + off) * (1.0 if side == 1 else -1.0), share * half[1]])
-
-
-def _box(middle: Array, yaw: float, length: float, width: float, height: float) -> list[Array]:
-    first = length * np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    second = width * np.array([-math.sin(yaw), math.cos(yaw), 0.0])
-    foot = np.append(middle, 0.0) - 0.5 * first - 0.5 * second
-    up = np.array([0.0, 0.0, height])
-    return [
-        _quad(foot, first, up), _quad(foot + second, first, up), _quad(foot, second, up),
-        _quad(foot + first, second, up), _quad(foot + up, first, second),
-    ]  # fmt: skip
-
-
-def _quad(corner: Array, first: Array, second: Array) -> Array:
-    a, b, c, d = corner, corner + first, corner + first + second, corner + second
-    return np.array([[a, b, c], [a, c, d]])
+def _house(middle: Array, yaw: float, length: float, width: float, height: float) -> Building:
+    first = 0.5 * length * np.array([math.cos(yaw), math.sin(yaw)])
+    second = 0.5 * width * np.array([-math.sin(yaw), math.cos(yaw)])
+    corners = (
+        middle - first - second,
+        middle + first - second,
+        middle + first + second,
+        middle - first + second,
+    )
+    return Building(tuple((float(x), float(y)) for x, y in corners), float(height))

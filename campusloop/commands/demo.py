@@ -20,6 +20,7 @@ from campusloop.shipped import DEFAULT_MAP
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError, load_map
+from simulator.sensors.scene_lidars import SceneOptions, scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.runtime.screen.screen_settings import WEB_PAGES
 
@@ -53,6 +54,10 @@ def demo(
     plant_seed: Annotated[
         int | None, typer.Option(help="Of the shuttles' dynamics; nominal ones without it.")
     ] = None,
+    scene: Annotated[
+        bool,
+        typer.Option("--scene", help="Hills, kerbs, trees, parked vehicles, and lidars that see them."),
+    ] = False,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -66,11 +71,16 @@ def demo(
     try:
         chosen = Profile() if profile is None else load_profile(profile)
         prepare_kernels(for_campus(chosen.stack), console)
+        surroundings = scene_of_run(seed) if scene else None
         if headless and begin and end:
-            _timetable(console, campus_map, count, seed, begin, end, folder or HEADLESS, plant_seed)
+            _timetable(
+                console, campus_map, count, seed, begin, end, folder or HEADLESS, plant_seed, surroundings
+            )
             return
         if headless:
-            _headless(console, campus_map, count, rides, seed, folder or HEADLESS, chosen, plant_seed)
+            _headless(
+                console, campus_map, count, rides, seed, folder or HEADLESS, chosen, plant_seed, surroundings
+            )
             return
         options = LiveOptions(
             campus_map,
@@ -84,6 +94,7 @@ def demo(
             profile_path=profile,
             paced=True,
             plant_seed=plant_seed,
+            scene=surroundings,
             screen_pages=WEB_PAGES if (WEB_PAGES / "onboard.html").is_file() else None,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
@@ -108,6 +119,7 @@ def _timetable(
     end: str,
     folder: Path,
     plant_seed: int | None,
+    scene: SceneOptions | None,
 ) -> None:
     # Imported here, because they import the whole server, which is another process in the live demo.
     from campusloop.virtual.campus import CampusOptions
@@ -118,7 +130,7 @@ def _timetable(
     if not road_map.timetable:
         console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
         raise typer.Exit(EXIT_BAD_INPUT)
-    options = CampusOptions(road_map, folder, seed, vehicles, plant_seed=plant_seed)
+    options = CampusOptions(road_map, folder, seed, vehicles, plant_seed=plant_seed, scene=scene)
     try:
         begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
     except ValueError as error:
@@ -142,12 +154,15 @@ def _headless(
     folder: Path,
     profile: Profile,
     plant_seed: int | None,
+    scene: SceneOptions | None,
 ) -> None:
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
 
     road_map = load_map(campus_map)
-    options = CampusOptions(road_map, empty_folder(folder), seed, vehicles, profile, plant_seed=plant_seed)
+    options = CampusOptions(
+        road_map, empty_folder(folder), seed, vehicles, profile, plant_seed=plant_seed, scene=scene
+    )
     result = run_headless(options, rides, console)
     for failure in result.failures:
         console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)

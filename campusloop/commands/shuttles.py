@@ -21,6 +21,7 @@ from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.roads.load import MapError
 from server.settings import SettingsError, settings_from
 from simulator.live.ports import BASE_PORT
+from simulator.sensors.scene_lidars import scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.runtime.processes.supervisor import CHECK_EVERY_S
 
@@ -53,6 +54,10 @@ def shuttles(
     plant_seed: Annotated[
         int | None, typer.Option(help="Of the shuttles' dynamics; nominal ones without it.")
     ] = None,
+    scene: Annotated[
+        bool,
+        typer.Option("--scene", help="Hills, kerbs, trees, parked vehicles, and lidars that see them."),
+    ] = False,
     base_port: Annotated[int, typer.Option(help="First of the loopback ports used.")] = BASE_PORT,
     wait_s: Annotated[float, typer.Option(min=0.0, help="How long the server may take to be ready.")] = 120.0,
 ) -> None:
@@ -74,6 +79,7 @@ def shuttles(
             pedestrians=people,
             profile_path=None if profile is None else profile.absolute(),
             plant_seed=plant_seed,
+            scene=scene_of_run(seed) if scene else None,
         )
         trusted = True if certificate is None else ssl.create_default_context(cafile=certificate)
         simulated = SimulatedShuttles(options)

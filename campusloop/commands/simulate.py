@@ -18,6 +18,7 @@ from campusloop.scenes.stacks import profile_of
 from campusloop.shipped import SHIPPED_MAPS
 from contract.roads.load import MapError
 from simulator.live.ports import BASE_PORT
+from simulator.sensors.scene_lidars import scene_of_run
 from vehicle_agent.config import ProfileError
 
 _CONTACTS, _BAD_INPUT = 1, 2
@@ -47,6 +48,10 @@ def simulate(
     plant_seed: Annotated[
         int | None, typer.Option(help="of the vehicles' dynamics; nominal ones without it")
     ] = None,
+    scene: Annotated[
+        bool,
+        typer.Option("--scene", help="hills, kerbs, trees, parked vehicles, and lidars that see them"),
+    ] = False,
     shift_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
 ) -> None:
     """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
@@ -69,6 +74,7 @@ def simulate(
         people,
         lidar,
         plant_seed=plant_seed,
+        scene=scene_of_run(seed) if scene else None,
     )
 
 

@@ -18,6 +18,7 @@ from campusloop.live.jobs import serve
 from campusloop.live.run_folder import empty_folder
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
 from simulator.live.ports import BASE_PORT
+from simulator.sensors.scene_lidars import SceneOptions
 from vehicle_agent.runtime.processes.supervisor import CHECK_EVERY_S, Job, Supervisor
 
 READY_WITHIN_S = 60.0
@@ -37,6 +38,7 @@ class LiveOptions:
     paced: all processes share a clock that runs slower where the machine does not keep up (`paced_clock`);
     otherwise they have the computer's clock
     plant_seed: of the shuttles' dynamics; None: nominal ones
+    scene: hills, kerbs, trees and parked vehicles, and lidars that see them; None: none
     screen_pages: built web pages for the first shuttle's onboard screen; None: no shuttle serves one
     """
 
@@ -53,6 +55,7 @@ class LiveOptions:
     profile_path: Path | None = None
     paced: bool = False
     plant_seed: int | None = None
+    scene: SceneOptions | None = None
     screen_pages: Path | None = None
 
 
@@ -81,6 +84,7 @@ class LiveCampus:
                 profile_path=options.profile_path,
                 paced=options.paced,
                 plant_seed=options.plant_seed,
+                scene=options.scene,
                 screen_pages=options.screen_pages,
             )
         )

@@ -14,6 +14,7 @@ from campusloop.telemetry.otlp_spans import span_source
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
 from simulator.live.ports import BASE_PORT, ports_of
+from simulator.sensors.scene_lidars import SceneOptions
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key, public_key_text
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
@@ -34,6 +35,7 @@ class ShuttleOptions:
     profile_path  of every shuttle; None: the campus shuttle
     paced         all processes share a clock that waits for a slow machine (`paced_clock`)
     plant_seed    of the shuttles' dynamics; None: nominal ones
+    scene         hills, kerbs, trees and parked vehicles, and lidars that see them; None: none
     screen_pages  built web pages: the first shuttle serves its onboard screen; None: no shuttle does
     """
 
@@ -48,6 +50,7 @@ class ShuttleOptions:
     profile_path: Path | None = None
     paced: bool = False
     plant_seed: int | None = None
+    scene: SceneOptions | None = None
     screen_pages: Path | None = None
 
 
@@ -117,6 +120,7 @@ class SimulatedShuttles:
             True,
             self.clocks,
             options.plant_seed,
+            options.scene,
         )
         return Job("simulator", simulate, arguments, log_file=self.log_file("simulator"))
 

@@ -19,6 +19,7 @@ from simulator.live.bus import LiveBusError
 from simulator.live.control_server import ControlError, RemotePhones
 from simulator.live.live import LiveSimulation, scan_ring_path
 from simulator.live.ports import BASE_PORT, control_port, ports_of
+from simulator.sensors.scene_lidars import SceneOptions
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.warm import warm_kernels
@@ -42,11 +43,13 @@ def simulate_vehicles(
     lidar: bool = True,
     clocks: PacedClocks | None = None,
     plant_seed: int | None = None,
+    scene: SceneOptions | None = None,
 ) -> None:
     """Simulate until SIGTERM or Ctrl-C. Input that cannot be simulated ends the process with the reason.
 
     clocks: the simulation opens their master; None: the computer's clock
     plant_seed: of the vehicles' dynamics; None: nominal ones
+    scene: hills, kerbs, trees and parked vehicles, and lidars that see them; None: walls on a plane
     """
     console = journal_console()
     if len(set(vehicle_ids)) != len(vehicle_ids):
@@ -61,7 +64,12 @@ def simulate_vehicles(
             start_poses(road_map, vehicle_ids),
             seed,
             phones,
-            WorldOptions(traffic=TrafficParams() if people else None, lidar=lidar, plant_seed=plant_seed),
+            WorldOptions(
+                traffic=TrafficParams() if people else None,
+                lidar=lidar,
+                plant_seed=plant_seed,
+                scene=scene,
+            ),
         )
         warm_kernels()
         cameras = cameras_at_crossings(

@@ -44,6 +44,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
 from simulator.infrastructure import CameraParams
 from simulator.riders import Rider
+from simulator.sensors.scene_lidars import SceneOptions
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.world import SimWorld, WorldOptions
@@ -76,6 +77,7 @@ class CampusOptions:
     cameras  parameters of the camera at each of the map's crossings; None for no cameras
     spans    of rides; None: they are not traced
     plant_seed  of the shuttles' dynamics; None: nominal ones
+    scene    hills, kerbs, trees and parked vehicles, and lidars that see them; None: walls on a plane
     """
 
     road_map: RoadMap
@@ -90,6 +92,7 @@ class CampusOptions:
     database_url: str = "sqlite://"
     spans: Spans | None = None
     plant_seed: int | None = None
+    scene: SceneOptions | None = None
 
 
 class VirtualClock:
@@ -278,7 +281,12 @@ class VirtualCampus:
             start_poses(options.road_map, vehicle_ids),
             options.seed,
             self._phones,
-            WorldOptions(traffic=options.traffic, lidar=options.lidar, plant_seed=options.plant_seed),
+            WorldOptions(
+                traffic=options.traffic,
+                lidar=options.lidar,
+                plant_seed=options.plant_seed,
+                scene=options.scene,
+            ),
         )
         begins_ns = int(options.begins.timestamp()) * 1_000_000_000
         vehicles = {

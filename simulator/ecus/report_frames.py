@@ -99,7 +99,7 @@ def _values(status: ModuleStatus, truth: PlantView, profile: Profile) -> dict[st
             status.commanded_headlights,
             0.0,
         ),
-        "speed_report": {"speed": truth.speed_mps},
+        "speed_report": {"speed": truth.speed_mps * truth.wheel_ratio},
         "wheel_report": _wheel_speeds(truth, profile.body.wheelbase_m),
         "yaw_rate_report": {"yaw_new": True, "yaw_valid": True, "yaw_rate": truth.yaw_rate_radps},
         "stop_button_report": {"pressed": status.stop_pressed},
@@ -153,8 +153,9 @@ def _wheel_speeds(truth: PlantView, wheelbase_m: float) -> dict[str, float]:
     """Turning rates of the four wheels (rad/s) of the rigid vehicle around its instant centre."""
     half = 0.5 * TRACK_WIDTH_M
     spin = truth.yaw_rate_radps
-    way = math.copysign(1.0, truth.speed_mps)
-    left, right = truth.speed_mps - spin * half, truth.speed_mps + spin * half
+    speed_mps = truth.speed_mps * truth.wheel_ratio
+    way = math.copysign(1.0, speed_mps)
+    left, right = speed_mps - spin * half, speed_mps + spin * half
     nose = spin * wheelbase_m
     return {
         "front_left": way * math.hypot(left, nose) / WHEEL_RADIUS_M,

@@ -118,6 +118,6 @@ class ServoModule(Module):
                 "shaft_angle": wheel_from_front(profile.steering, truth.steer_rad),
                 "commanded": watch.value("steering_command", "shaft_angle"),
             },
-            "encoder_report": {"front_left": truth.speed_mps * ratio},
+            "encoder_report": {"front_left": truth.speed_mps * truth.wheel_ratio * ratio},
             "battery_report": {"charge": truth.battery_ratio},
         }

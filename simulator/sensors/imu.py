@@ -1,11 +1,14 @@
-"""Forward acceleration and yaw rate: noise, a bias that walks, a scale error of the gyroscope."""
+"""Forward acceleration and yaw rate: noise, a bias that walks, a scale error of the gyroscope.
+
+The six axes of a strapdown unit are in `inertial_unit.py`.
+"""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.vehicle.plant import PlantView
+from simulator.vehicle.plant import GRAVITY_MPS2, PlantView
 from vehicle_agent.signals import ImuSample
 
 
@@ -14,6 +17,8 @@ class ImuNoise:
     """Standard deviations; each sensor's first bias and scale error are drawn once.
 
     yaw_rate_walk_radps  growth of the gyroscope's bias, per square root of a second
+    gravity              an accelerometer measures the specific force, so that a slope shows in it as
+                         acceleration; off: the receiver has taken gravity out by an attitude of its own
     """
 
     accel_std_mps2: float = 0.05
@@ -22,6 +27,7 @@ class ImuNoise:
     yaw_rate_bias_std_radps: float = 0.0005
     yaw_rate_walk_radps: float = 0.0
     yaw_rate_scale_std: float = 0.0
+    gravity: bool = False
 
 
 class Imu:
@@ -39,9 +45,12 @@ class Imu:
     def sample(self, now_ns: int, truth: PlantView) -> ImuSample:
         accel, yaw_rate = self._rng.standard_normal(2).tolist()
         self._walk(now_ns)
+        force_mps2 = truth.accel_mps2
+        if self._noise.gravity:
+            force_mps2 += GRAVITY_MPS2 * math.sin(math.atan(truth.grade_ratio))
         return ImuSample(
             now_ns,
-            truth.accel_mps2 + self._accel_bias_mps2 + accel * self._noise.accel_std_mps2,
+            force_mps2 + self._accel_bias_mps2 + accel * self._noise.accel_std_mps2,
             self._scale * truth.yaw_rate_radps
             + self._yaw_rate_bias_radps
             + yaw_rate * self._noise.yaw_rate_std_radps,

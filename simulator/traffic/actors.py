@@ -30,6 +30,13 @@ class Bodies:
     velocities_map_mps: Array
     sizes_m: Array
 
+    def selected(self, chosen: NDArray[np.bool_]) -> "Bodies":
+        """Those that `chosen` (n,) names."""
+        return Bodies(
+            self.numbers[chosen], self.kinds[chosen], self.poses_map[chosen],
+            self.velocities_map_mps[chosen], self.sizes_m[chosen],
+        )  # fmt: skip
+
     @property
     def people(self) -> NDArray[np.bool_]:
         """(n,) which of them are pedestrians."""

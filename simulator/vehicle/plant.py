@@ -19,6 +19,8 @@ SUBSTEP_S = 0.005
 X, Y, YAW, SPEED, ACCEL, STEER, THROTTLE, BRAKE, ODOMETER, ENERGY, SIDE_SPEED, YAW_RATE, PLAYED = range(13)
 STATE_SIZE = 13
 GRAVITY_MPS2 = 9.81
+# Beyond it wheels spin or lock, which no shuttle's pedals do on dry ground.
+_SLIP_MAX = 0.2
 # columns of a command: front-wheel angle and its rate limit, pedals, direction (1, -1, 0 for none), lock
 CMD_STEER, CMD_RATE, CMD_THROTTLE, CMD_BRAKE, CMD_DIRECTION, CMD_LOCK = range(6)
 COMMAND_SIZE = 6
@@ -36,6 +38,8 @@ class PlantParams:
     brake_blend     share of the brake's force that follows full b^power instead of the knee curve
     brake_fade_spm  share of its force that the brake loses per m/s of speed
     throttle_power  acceleration = full throttle^power
+    wheel_slip_s2pm  the driven wheels turn faster than they roll by this share per m/s2 of their force
+    wheel_radius_ratio  true radius of the tyres over the one that the reports are made with
     tyres           side slip of a dynamic bicycle; without it the wheels roll where they point
     cog_ratio       centre of gravity behind the front axle, as a share of the wheelbase
     cornering_*     stiffness of an axle, both wheels; friction limits its force
@@ -79,6 +83,8 @@ class PlantParams:
     brake_power: float = 2.5
     brake_fade_spm: float = 0.0
     throttle_power: float = 1.0
+    wheel_slip_s2pm: float = 0.0
+    wheel_radius_ratio: float = 1.0
 
     def row(self) -> Array:
         """The parameters as the kernel takes them, in the order of the fields."""
@@ -92,8 +98,9 @@ class PlantParams:
     P_ROLLING, P_SPEED_DRAG, P_SPEED_MAX, P_MASS, P_BATTERY, P_IDLE, P_EFFICIENCY,
     P_STEER_BIAS, P_LOAD, P_GRADE, P_TYRES, P_INERTIA, P_COG, P_STIFF_FRONT, P_STIFF_REAR, P_FRICTION,
     P_SLOPE, P_SLOPE_DIRECTION, P_PLAY, P_BRAKE_BLEND, P_BRAKE_POWER, P_BRAKE_FADE, P_THROTTLE_POWER,
-) = range(35)  # fmt: skip
-PARAMS_SIZE = 35
+    P_WHEEL_SLIP, P_WHEEL_RADIUS,
+) = range(37)  # fmt: skip
+PARAMS_SIZE = 37
 
 
 def plant_params(profile: Profile) -> PlantParams:
@@ -109,7 +116,11 @@ def plant_params(profile: Profile) -> PlantParams:
 
 @dataclass(frozen=True, slots=True)
 class PlantView:
-    """One vehicle's true motion."""
+    """One vehicle's true motion.
+
+    grade_ratio       slope under it along its heading, uphill positive
+    wheel_ratio       speed that the wheels report over the true one: they slip, and tyres wear
+    """
 
     pose_map: Pose2
     speed_mps: float
@@ -120,12 +131,16 @@ class PlantView:
     yaw_rate_radps: float
     odometer_m: float
     battery_ratio: float
+    grade_ratio: float = 0.0
+    wheel_ratio: float = 1.0
 
 
 class Plant:
     """All vehicles of a world, in one array. `commands` is (n, COMMAND_SIZE), held until changed.
 
     charging_w  (n,) power into each battery from outside, held until changed
+    grades      (n,) slope of the road under each vehicle along its heading, on top of that of its parameters;
+                held until changed
     """
 
     def __init__(self, params: tuple[PlantParams, ...], poses_map: tuple[Pose2, ...]) -> None:
@@ -139,6 +154,8 @@ class Plant:
             self.state[i, :3] = pose.x_m, pose.y_m, pose.yaw_rad
             self.state[i, ENERGY] = p.battery_j
         self.charging_w: Array = np.zeros(n)
+        self.grades: Array = np.zeros(n)
+        self._own_grades: Array = self._rows[:, P_GRADE].copy()
         self.commands: Array = np.zeros((n, COMMAND_SIZE))
         self.commands[:, CMD_RATE] = self._rows[:, P_STEER_RATE]
         self._history: Array = np.zeros((n, slots, COMMAND_SIZE))
@@ -147,6 +164,7 @@ class Plant:
     def step(self, duration_s: float) -> None:
         """Advance by a multiple of SUBSTEP_S under the present commands."""
         substeps = round(duration_s / SUBSTEP_S)
+        self._rows[:, P_GRADE] = self._own_grades + self.grades
         self._head = advance_plant(
             self.state, self.commands, self._history, self._head, self._rows, SUBSTEP_S, substeps
         )
@@ -160,9 +178,12 @@ class Plant:
         p = self._params[i]
         if not p.tyres:
             yaw_rate = v * math.tan(played + p.steer_bias_rad) / p.wheelbase_m
+        grade = p.grade_ratio + float(self.grades[i])
+        if p.slope_ratio:
+            grade += p.slope_ratio * math.cos(yaw - p.slope_direction_rad)
         return PlantView(
             Pose2(x, y, yaw), v, a, steer, throttle, brake,
-            yaw_rate, odometer, energy / p.battery_j,
+            yaw_rate, odometer, energy / p.battery_j, grade, _wheel_ratio(v, a, grade, p),
         )  # fmt: skip
 
     def place(self, i: int, pose_map: Pose2, speed_mps: float = 0.0) -> None:
@@ -170,6 +191,18 @@ class Plant:
         self.state[i, :3] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
         self.state[i, [SPEED, ACCEL, SIDE_SPEED, YAW_RATE]] = 0.0
         self.state[i, SPEED] = speed_mps
+
+
+def _wheel_ratio(speed_mps: float, accel_mps2: float, grade: float, p: PlantParams) -> float:
+    """Reported over true speed of wheels that slip under their force, which also carries the vehicle uphill.
+
+    Rajamani, Vehicle Dynamics and Control, chapter 4.2: for small slip the force is proportional to it.
+    """
+    if not p.wheel_slip_s2pm:
+        return 1.0 / p.wheel_radius_ratio
+    force_mps2 = math.copysign(1.0, speed_mps) * (accel_mps2 + GRAVITY_MPS2 * grade)
+    slip = min(max(p.wheel_slip_s2pm * force_mps2, -_SLIP_MAX), _SLIP_MAX)
+    return (1.0 + slip) / p.wheel_radius_ratio
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ from contract.runlog.indexed import logged_marks
 from contract.runlog.reader import RunLogError, open_segment
 from contract.runlog.records import RunHeader
 from contract.wire.upload import signed_segment
-from server.api.formats import NAME_PATTERN, Sha256
+from server.api.formats import Sha256
 from server.api.problems import (
     SegmentHashWrong,
     SegmentStoreUnavailable,

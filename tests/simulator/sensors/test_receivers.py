@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,3 +73,10 @@ def test_the_inertial_sensor_keeps_its_bias_and_spreads_around_it() -> None:
     assert accels.std() == pytest.approx(0.05, rel=0.05)
     assert abs(accels.mean() - 0.4) < 0.04
     assert abs(np.mean([sample.yaw_rate_radps for sample in samples]) - 0.07) < 0.003
+
+
+def test_slope_shows_in_the_forward_acceleration_of_a_unit_that_feels_gravity() -> None:
+    uphill = replace(TRUTH, grade_ratio=0.05)
+    for gravity, expected in ((False, 0.4), (True, 0.4 + 9.81 * math.sin(math.atan(0.05)))):
+        imu = Imu(ImuNoise(0.0, 0.0, 0.0, 0.0, gravity=gravity), np.random.default_rng(4))
+        assert imu.sample(0, uphill).accel_mps2 == pytest.approx(expected)

@@ -204,3 +204,43 @@ def test_a_slope_rolls_a_vehicle_that_nothing_holds() -> None:
     plant.place(0, ORIGIN)
     plant.step(2.0)
     assert plant.view(0).speed_mps == 0.0
+
+
+def test_road_under_one_vehicle_slows_it_alone() -> None:
+    plant = Plant((PlantParams(), PlantParams()), (ORIGIN, ORIGIN))
+    plant.state[:, SPEED] = 3.0
+    plant.grades[0] = 0.04
+    plant.step(0.5)
+    slower, level = plant.view(0), plant.view(1)
+    assert slower.speed_mps == pytest.approx(level.speed_mps - 0.5 * 9.81 * 0.04, rel=2e-3)
+    assert (slower.grade_ratio, level.grade_ratio) == (0.04, 0.0)
+    plant.grades[0] = 0.0
+    plant.step(0.5)
+    assert plant.view(0).accel_mps2 == pytest.approx(level.accel_mps2, abs=0.02)
+
+
+def test_inclined_site_is_a_grade_uphill_and_downhill() -> None:
+    plant = a_plant(PlantParams(slope_ratio=0.02, slope_direction_rad=0.0))
+    assert plant.view(0).grade_ratio == pytest.approx(0.02)
+    plant.place(0, Pose2(0.0, 0.0, math.pi))
+    assert plant.view(0).grade_ratio == pytest.approx(-0.02)
+
+
+def test_wheels_slip_under_the_force_of_the_drive_and_uphill() -> None:
+    assert a_plant(speed_mps=3.0).view(0).wheel_ratio == 1.0
+    plant = a_plant(PlantParams(wheel_slip_s2pm=0.01), speed_mps=3.0)
+    plant.commands[0, CMD_THROTTLE] = 1.0
+    plant.step(1.0)
+    driven = plant.view(0)
+    assert driven.accel_mps2 > 0.5
+    assert driven.wheel_ratio == pytest.approx(1.0 + 0.01 * driven.accel_mps2)
+    plant.grades[0] = 0.05
+    assert plant.view(0).wheel_ratio == pytest.approx(driven.wheel_ratio + 0.01 * 9.81 * 0.05)
+
+
+def test_braked_wheels_turn_too_slowly_and_worn_ones_too_fast() -> None:
+    plant = a_plant(PlantParams(wheel_slip_s2pm=0.01), speed_mps=4.0)
+    plant.commands[0, CMD_BRAKE] = 0.6
+    plant.step(0.5)
+    assert plant.view(0).wheel_ratio < 0.995
+    assert a_plant(PlantParams(wheel_radius_ratio=0.98)).view(0).wheel_ratio == pytest.approx(1.0 / 0.98)
