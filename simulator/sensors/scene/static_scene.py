@@ -1,0 +1,89 @@
+"""One scene of everything that stands still, for all vehicles of a world."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from contract.roads.model import RoadMap
+from simulator.sensors.scene.buildings import add_buildings, altered_buildings
+from simulator.sensors.scene.changes import WorldChanges
+from simulator.sensors.scene.furniture import Furniture
+from simulator.sensors.scene.ground import Ground, GroundParams
+from simulator.sensors.scene.ground_mesh import add_ground
+from simulator.sensors.scene.mesh import Mesh, PackedMesh, joined
+
+Array32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """What a hit triangle is: unit normals (n, 3), materials, reflectivity and objects (n,) each."""
+
+    normals: Array32
+    materials: NDArray[np.uint8]
+    reflectivity: Array32
+    objects: NDArray[np.int32]
+
+
+class CastScene:
+    """Triangles that rays can be cast at."""
+
+    def __init__(self, mesh: PackedMesh) -> None:
+        """Triangles without an area are left out."""
+        edges = mesh.triangles[:, 1:] - mesh.triangles[:, :1]
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        lengths = np.linalg.norm(normals, axis=1)
+        whole = lengths > 1e-9
+        self.surfaces = Surfaces(
+            (normals[whole] / lengths[whole, None]).astype(np.float32),
+            mesh.materials[whole],
+            mesh.reflectivity[whole],
+            mesh.objects[whole],
+        )
+        self.triangles = mesh.triangles[whole]
+        self._scene: EmbreeScene | None = None
+        if len(self.triangles):
+            self._scene = EmbreeScene()
+            # embreex keeps no reference of its own.
+            self._mesh = TriangleMesh(self._scene, self.triangles)
+
+    def cast(
+        self, origins: Array32, directions: Array32, reach_m: Array32
+    ) -> tuple[Array32, NDArray[np.int32]]:
+        """(ranges, triangles) of the nearest hits, (n,) each; -1 where nothing is nearer than reach_m.
+
+        origins, directions (n, 3), reach_m (n,): float32, contiguous; directions of length 1
+        """
+        if self._scene is None or not len(origins):
+            return reach_m, np.full(len(origins), -1, dtype=np.int32)
+        hits = self._scene.run(origins, directions, reach_m, query="INTERSECT", output=1)
+        return hits["tfar"], hits["primID"]
+
+
+class StaticScene(CastScene):
+    """The surroundings of a map: ground, buildings, and what stands beside the roads.
+
+    The same map, seed, changes and ground give the same triangles. `ground` has the heights; vehicles stand
+    at `ground.poses`.
+    """
+
+    def __init__(
+        self,
+        road_map: RoadMap,
+        seed: int,
+        changes: WorldChanges | None = None,
+        ground: GroundParams | None = None,
+    ) -> None:
+        """Raises SceneError for a map without lanes."""
+        self.changes = changes or WorldChanges()
+        self.ground = Ground(road_map, seed, ground)
+        self.buildings = altered_buildings(road_map.buildings, self.changes)
+        mesh = Mesh()
+        add_ground(mesh, self.ground)
+        add_buildings(mesh, self.ground, self.buildings, seed)
+        furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
+        self.sway_phases = furniture.sway_phases
+        super().__init__(joined([mesh.packed(), *furniture.parts]))
