@@ -39,6 +39,11 @@ class Trace:
     def __len__(self) -> int:
         return len(self.x_m)
 
+    def until(self, way_m: float) -> "Trace":
+        """The first so many metres."""
+        end = int(np.searchsorted(self.odometer_m, way_m))
+        return Trace(*(getattr(self, name)[:end] for name in self.__slots__))
+
 
 def trace(way: Way, slip_s2pm: float = 0.0) -> Trace:
     """The whole of a way."""

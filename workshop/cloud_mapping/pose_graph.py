@@ -73,8 +73,8 @@ class GraphParams(msgspec.Struct, frozen=True):
 
     loop_chi2: float = 16.0
     place_chi2: float = 12.0
-    slope_rad: float = 0.5
-    rise_ratio: float = 0.5
+    slope_rad: float = 3.0
+    rise_ratio: float = 3.0
     first_m: float = 0.1
     first_rad: float = 0.02
     leniency: tuple[float, ...] = (1e4, 1e2, 1.0)

@@ -17,7 +17,7 @@ _EMPTY = -1
 class SurfelIndex:
     """keys (c,) voxels, -1 where a place is empty; elements (c, 7): mean, normal (0 0 0: none), deviation.
 
-    voxel_m  of the map; ground_m  median height of level elements, where the vehicle may stand
+    voxel_m: edge of the map's voxels; count: elements
     """
 
     voxel_m: float
