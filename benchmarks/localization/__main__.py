@@ -7,6 +7,10 @@ bias that walks and a scale error, its rear axle slips. Each stack's own localiz
 `lost_found_pct`: jumps of the receiver by 1 to 30 m, of which the receiver says nothing. One counts as found
 when the vehicle stays within 0.5 m of the truth, or says within 2 s that it is not sure.
 `false_alarms_per_10h`: times when it says so, under an open sky, while it is within 0.1 m.
+--scan-map adds rows of the Snow Lion stack's localization with lidar scans on a map. The map is made as
+`campusloop workshop map --clouds` does, of a drive of the same way on another day: other noise, traffic,
+parked cars and receiver. In one row the world has changed since; in one the estimate is kidnapped now and
+then by 1 to 8 m, without GNSS. `lost_found_pct` of these: slow within 2 s, and right again within 20 s.
 `nees_in_bounds_pct`: ticks whose squared error over the stated covariance is within the 95 % bound of two
 degrees of freedom.
 """
@@ -18,6 +22,7 @@ import numpy as np
 
 from benchmarks.localization.campus_way import campus_way, truths
 from benchmarks.localization.drive import CONDITIONS, Conditions, Drive, drive
+from benchmarks.localization.scan_rows import scan_map_rows
 from benchmarks.reporting.report import Row, RunReport
 from campusloop.shipped import DEFAULT_MAP
 from contract.geometry import Array
@@ -58,10 +63,20 @@ def main() -> None:
                 rows.append(_row(stack, conditions, seed, way.length_m / 1e3, one))
                 print(f"{stack}, {conditions.name}, seed {seed}: done", flush=True)
         summary |= _summary(stack, drives)
+    if arguments.scan_map:
+        scan_rows, scan_summary = scan_map_rows(road_map, arguments.km, arguments.runs, arguments.seed)
+        rows += scan_rows
+        summary |= scan_summary
     report.write(
         arguments.json,
         "localization",
-        {"map": str(arguments.map), "km": arguments.km, "runs": arguments.runs, "seed": arguments.seed},
+        {
+            "map": str(arguments.map),
+            "km": arguments.km,
+            "runs": arguments.runs,
+            "seed": arguments.seed,
+            "scan_map": arguments.scan_map,
+        },
         rows,
         summary,
     )
@@ -142,10 +157,13 @@ def _arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--map", type=Path, default=DEFAULT_MAP)
-    parser.add_argument("--stacks", nargs="+", choices=STACKS, default=list(STACKS))
+    parser.add_argument("--stacks", nargs="*", choices=STACKS, default=list(STACKS))
     parser.add_argument("--km", type=float, default=5.0, help="of each drive")
     parser.add_argument("--runs", type=int, default=2, help="drives for each stack and condition")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--scan-map", action="store_true", help="also with scans on a map, which takes minutes"
+    )
     parser.add_argument("--json", type=Path)
     return parser.parse_args()
 

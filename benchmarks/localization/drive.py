@@ -76,7 +76,7 @@ def drive(
     state, now_ns, rows = room.initial(), 0, []
     for truth in views:
         now_ns += STEP_NS
-        receiver.silent = _is_outage(truth.odometer_m, conditions)
+        receiver.silent = is_outage(truth.odometer_m, conditions)
         receiver.shift_m = shifts.at(truth.odometer_m) if conditions.jumps else (0.0, 0.0)
         wheel_mps = 0.0
         if truth.speed_mps > 0.0:
@@ -108,7 +108,7 @@ def drive(
     return Drive(*(table[:, i] for i in range(6)))
 
 
-def _is_outage(odometer_m: float, conditions: Conditions) -> bool:
+def is_outage(odometer_m: float, conditions: Conditions) -> bool:
     """The last metres of each kilometre or so: the filter has learned its sensors by then."""
     if conditions.outage_m == 0.0:
         return False

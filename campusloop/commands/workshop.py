@@ -5,26 +5,65 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.calibrate import calibrate_lidars
 
 app = typer.Typer(no_args_is_help=True)
 console = Console(soft_wrap=True)
 
 EXIT_BAD_INPUT = 2
+EXIT_NOT_WRITTEN = 3
 
 
 app.command("calibrate")(calibrate_lidars)
 
 
 @app.command("map")
-def map_laser_log(
-    laser: Annotated[Path, typer.Option(help="CARMEN log of a planar laser, plain, .gz or .bz2.")],
+def build_map(
     out: Annotated[Path, typer.Option(help="Folder for map, drive, report and picture.")],
+    laser: Annotated[
+        Path | None, typer.Option(help="CARMEN log of a planar laser, plain, .gz or .bz2.")
+    ] = None,
+    clouds: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Lidar scans of one drive: folder of PCD, PLY or KITTI files, or ROS bag; repeatable."
+        ),
+    ] = None,
+    gnss: Annotated[
+        Path | None, typer.Option(help="CSV of fixes in the scans' clock (docs/workshop/mapping.md).")
+    ] = None,
+    road_map: Annotated[
+        Path | None, typer.Option(help="Road map whose origin the fixes are laid on; else the first fix.")
+    ] = None,
+    lever: Annotated[
+        tuple[float, float, float],
+        typer.Option(help="Where the fixes' place is in the lidar's frame: x y z, m."),
+    ] = (0.0, 0.0, 0.0),
+    truth: Annotated[
+        Path | None, typer.Option(help="Reference trajectory (TUM or KITTI): the report then has the error.")
+    ] = None,
 ) -> None:
-    """Build an occupancy map from a laser log, and say how well its parts agree."""
+    """Build a map, of cells from a laser log or of surfaces from lidar scans, and say how well it agrees."""
+    if (laser is None) == (not clouds):
+        _refuse("give either --laser or --clouds")
+    if laser is not None:
+        map_laser_log(laser, out)
+        return
+    from campusloop.commands.cloud_maps import NotWritten, RefusedInput, map_clouds
+
+    try:
+        map_clouds(clouds or [], out, gnss, truth, road_map, lever)
+    except RefusedInput as error:
+        _refuse(str(error))
+    except NotWritten as error:
+        console.print(f"[red]{error}[/red]", highlight=False)
+        raise typer.Exit(EXIT_NOT_WRITTEN) from error
+
+
+def map_laser_log(laser: Path, out: Path) -> None:
     from campusloop.kernels.compiling import ensure_kernels
     from campusloop.kernels.groups import WORKSHOP
     from workshop.carmen.laser_logs import read_laser_log
@@ -42,9 +81,9 @@ def map_laser_log(
     for note in log.notes:
         console.print(f"[yellow]{note}[/yellow]", highlight=False)
     ensure_kernels(WORKSHOP)
-    with _bars() as bars:
+    with stage_bars(console) as bars:
         try:
-            laser_map = map_log(log, MappingParams(), _Bars(bars))
+            laser_map = map_log(log, MappingParams(), StageBars(bars))
         except MapTooLarge as error:
             _refuse(f"{error} No map is made of it.")
     table = Table(title="residuals", title_justify="left")
@@ -59,31 +98,6 @@ def map_laser_log(
         _refuse(f"{out} cannot be written: {error.strerror or error}")
     for path in written:
         console.print(f"written: {path}", highlight=False)
-
-
-class _Bars:
-    """Shows each stage as a bar."""
-
-    def __init__(self, bars: Progress) -> None:
-        self._bars = bars
-        self._task: TaskID | None = None
-
-    def begin(self, stage: str, steps: int) -> None:
-        self._task = self._bars.add_task(stage, total=steps)
-
-    def advance(self, steps: int) -> None:
-        if self._task is not None:
-            self._bars.advance(self._task, steps)
-
-
-def _bars() -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=console,
-    )
 
 
 def _refuse(detail: str) -> NoReturn:

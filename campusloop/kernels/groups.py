@@ -25,6 +25,7 @@ GROUPS = {
         Group("bound", "campusloop.studies.bound.warm:warm_kernels"),
         Group("simulator", "simulator.warm:warm_kernels"),
         Group("laser_mapping", "workshop.laser_mapping.warm:warm_kernels"),
+        Group("cloud_mapping", "workshop.cloud_mapping.warm:warm_kernels"),
         Group("gem", "vehicle_agent.stacks.warm:warm_gem"),
         Group("odometry", "vehicle_agent.localization.odometry.warm:warm_odometry"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
@@ -37,6 +38,7 @@ EVERYTHING = tuple(GROUPS)
 SERVER = ("search", "bookings")
 SIMULATOR = ("simulator",)
 WORKSHOP = ("laser_mapping",)
+CLOUD_MAPPING = ("odometry", "cloud_mapping")
 
 
 def for_vehicle(stack: str) -> tuple[str, ...]:

@@ -25,6 +25,9 @@ from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
 from vehicle_agent.localization.monte_carlo.localization import MonteCarloParams
 from vehicle_agent.localization.odometry.lidar_odometry import OdometryParams
 from vehicle_agent.localization.odometry_ekf import OdometryNoise
+from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
+from vehicle_agent.localization.scan_map.localizer import LocalizerParams
+from vehicle_agent.localization.scan_map.matching import MatchParams as ScanMatchParams
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
@@ -44,6 +47,7 @@ from vehicle_agent.world.view import VisibilityParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
     "odometry": (OdometryParams,),
+    "scan-map": (LocalizerParams, ScanMatchParams, ScanMapLocalization),
     "onboard": (rates,),
     "guard": (Guard, Avoidance, Limits),
     "gate": (GateSettings,),

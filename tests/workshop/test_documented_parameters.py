@@ -8,6 +8,13 @@ from tests.documented import differing
 from workshop.calibration.adjustment import Prior
 from workshop.calibration.calibrate import CalibrationParams
 from workshop.calibration.planes import PlaneSearch
+from workshop.cloud_mapping.gnss_fixes import FixParams
+from workshop.cloud_mapping.ground import GroundParams
+from workshop.cloud_mapping.keyframes import KeyframeParams
+from workshop.cloud_mapping.loops import LoopParams as CloudLoopParams
+from workshop.cloud_mapping.pose_graph import GraphParams as CloudGraphParams
+from workshop.cloud_mapping.submaps import SubmapParams
+from workshop.cloud_mapping.surfaces import SurfaceParams
 from workshop.laser_mapping.loops import LoopParams
 from workshop.laser_mapping.occupancy import OccupancyParams
 from workshop.laser_mapping.pose_graph import GraphParams
@@ -15,6 +22,15 @@ from workshop.laser_mapping.refinement import RefinementParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
     "workshop.md": (LoopParams, RefinementParams, GraphParams, OccupancyParams),
+    "workshop/mapping.md": (
+        KeyframeParams,
+        GroundParams,
+        FixParams,
+        CloudLoopParams,
+        SubmapParams,
+        CloudGraphParams,
+        SurfaceParams,
+    ),
     "workshop/calibration.md": (PlaneSearch, Prior, CalibrationParams),
 }
 

@@ -163,6 +163,24 @@ def correct_heading(mean: Array, P: Array, turn: float, var: float, gate: float)
 
 
 @njit(cache=True)
+def correct_pose(mean: Array, P: Array, innovation: Array, R: Array, gate: float) -> float:
+    """Corrects in place by a measured pose; innovation (3,): x, y, yaw measured minus estimated; R (3, 3).
+
+    Returns the squared Mahalanobis distance (chi2, 3); beyond `gate` nothing changes.
+    """
+    PH = P[:, :3].copy()
+    S = P[:3, :3] + R
+    inverse = np.linalg.inv(S)
+    distance = float(innovation @ inverse @ innovation)
+    if distance <= gate:
+        K = PH @ inverse
+        mean += K @ innovation
+        mean[YAW] = wrap_angle(mean[YAW])
+        _subtract(P, K @ PH.T)
+    return distance
+
+
+@njit(cache=True)
 def correct_entry(mean: Array, P: Array, entry: int, innovation: float, var: float, gate: float) -> float:
     """Corrects in place by a measurement of one entry of the mean; innovation: measured minus estimated.
 

@@ -37,6 +37,24 @@ class ImuSample(msgspec.Struct, frozen=True, tag="imu_sample"):
     yaw_rate_radps: float
 
 
+class ScanPose(msgspec.Struct, frozen=True, tag="scan_pose"):
+    """Where a lidar scan lies on the map of surfaces, from a worker.
+
+    stamp_ns     of the scan, whose points are straightened to it
+    pose_map     of the rear axle's centre
+    covariance   (3, 3) of x, y, yaw: large along what the surroundings do not show
+    agreement    share of the points above the road that lie on the map, 0..1; points_up: how many there are
+    is_searched  found by a search around a pose that was lost
+    """
+
+    stamp_ns: int
+    pose_map: Pose2
+    covariance: np.ndarray
+    agreement: float
+    points_up: int
+    is_searched: bool = False
+
+
 class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     """The obstacle cells of one lidar scan, from a worker.
 

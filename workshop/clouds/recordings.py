@@ -55,9 +55,12 @@ class Recording:
             yield from bags.scans(self.path, self.topic, model)
             return
         for number, file in enumerate(self.files):
-            digits = "".join(re.findall(r"\d+", file.stem))
-            stamp_ns = int(digits) if len(digits) >= _STAMP_DIGITS else number * _PERIOD_NS
-            yield read_cloud(file, stamp_ns)
+            yield read_cloud(file, self.stamp_ns(number))
+
+    def stamp_ns(self, number: int) -> int:
+        """Of a file: its name if that is a time, otherwise its place in the folder."""
+        digits = "".join(re.findall(r"\d+", self.files[number].stem))
+        return int(digits) if len(digits) >= _STAMP_DIGITS else number * _PERIOD_NS
 
 
 def find_recordings(path: Path) -> list[Recording]:

@@ -35,6 +35,7 @@ class OdometryParams(msgspec.Struct, frozen=True):
     motion_m_min     deviations below this are noise, not motion
     steps_max        of the alignment, and of the second one after the second deskew
     step_min         at which the alignment ends, m and rad
+    new_m, new_rad   a scan is added to the map once the sensor has moved or turned so far
     period_ns        between scans whose stamps do not tell
     """
 
@@ -49,6 +50,8 @@ class OdometryParams(msgspec.Struct, frozen=True):
     motion_m_min: float = 0.1
     steps_max: int = 30
     step_min: float = 5e-4
+    new_m: float = 0.05
+    new_rad: float = 0.005
     period_ns: int = 100_000_000
 
 
@@ -60,6 +63,7 @@ class OdometryState:
     twist_per_s  (6,) of the last motion
     deviations   sum of squared deviations of predictions, and how many
     removed_m    (3,) where far voxels were last removed
+    added        (4, 4) pose of the last scan that was added to the map
     """
 
     voxels: VoxelMap
@@ -69,6 +73,7 @@ class OdometryState:
     deviations_m2: float = 0.0
     deviations: int = 0
     removed_m: Array = field(default_factory=lambda: np.zeros(3))
+    added: Array = field(default_factory=lambda: np.eye(4))
 
 
 class OdometryStep(msgspec.Struct, frozen=True):
@@ -125,9 +130,11 @@ class LidarOdometry:
         deviation = inverted(prediction) @ pose
         self._learn(deviation, float(np.mean(np.linalg.norm(points[source], axis=1))))
         twist = logarithm(inverted(state.pose) @ pose) / period_s
-        straight = deskewed(points, times_s, twist) if times_s.any() else points
-        add_points(state.voxels, straight @ pose[:3, :3].T + pose[:3, 3])
-        self._remove_far(pose)
+        if self._has_moved(pose):
+            straight = deskewed(points, times_s, twist) if times_s.any() else points
+            add_points(state.voxels, straight @ pose[:3, :3].T + pose[:3, 3])
+            self._remove_far(pose)
+            state.added = pose.copy()
         return self._taken(cloud.stamp_ns, pose, twist, steps, partners, len(source))
 
     def _aligned(
@@ -138,6 +145,14 @@ class LidarOdometry:
         return align(
             straight, self.state.voxels, guess, 3.0 * sigma_m, sigma_m, params.steps_max, params.step_min
         )
+
+    def _has_moved(self, pose: Array) -> bool:
+        """Whether a scan from here shows anything new.
+
+        A vehicle that stands would fill its voxels with the same rings, of which no surface can be made.
+        """
+        moved = np.abs(logarithm(inverted(self.state.added) @ pose))
+        return bool(moved[:3].max() > self.params.new_m or moved[3:].max() > self.params.new_rad)
 
     def _period_ns(self, stamp_ns: int) -> int:
         before_ns = self.state.stamp_ns

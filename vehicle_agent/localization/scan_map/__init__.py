@@ -1,0 +1,1 @@
+"""Where a lidar scan lies on a map of surfaces; runs in a worker, pure."""

@@ -1,0 +1,222 @@
+"""The room: GNSS, odometry and scans that lie on the map, one pose, and whether it may be wrong.
+
+Everything but the scans is `gnss_ins.py`'s. A scan's pose is a late measurement of its filter. The map's own
+error is the same for all scans of a place, so scans that follow each other count as one.
+"""
+
+import math
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array, Pose2, compose, inverse, wrap_angle
+from vehicle_agent.localization.gnss_ins import GnssInsLocalization, LocalizationState
+from vehicle_agent.localization.odometry_ekf import YAW, X, Y, correct_pose
+from vehicle_agent.localization.scan_map.localizer import ScanPrior
+from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, VehicleMotion
+from vehicle_agent.signals.arriving import ScanPose
+from vehicle_agent.signals.pose_history import pose_at
+
+Navigation = tuple[GnssFix | ImuSample | ScanPose, ...]
+
+
+class ScanMapState(msgspec.Struct, frozen=True):
+    """What the room remembers.
+
+    filter          of everything but the scans, corrected by them
+    doubt           sum of what scans agreed less than expected (CUSUM); from 1.0 on the pose is called lost
+    scan_ns, scan_pose  of the last scan that was believed
+    others          scans in a row that say the same other place; other: T_odom of it, odometry's frame
+    restarted_ns    when the pose was last set to the scans' place, 0 never
+    """
+
+    filter: LocalizationState
+    doubt: float = 0.0
+    scan_ns: int = 0
+    scan_odometer_m: float = 0.0
+    odometer_m: float = 0.0
+    others: int = 0
+    other_map_odom: Pose2 | None = None
+    restarted_ns: int = 0
+
+    @property
+    def covariance(self) -> Array:
+        return self.filter.covariance
+
+    @property
+    def fix_stamp_ns(self) -> int:
+        return self.filter.fix_stamp_ns
+
+
+class ScanMapLocalization(msgspec.Struct, frozen=True):
+    """Scan-to-map localization on top of GNSS/INS.
+
+    map_std_m, map_std_rad  of the map at a place; map_m: way after which its error is another one
+    gate                  squared Mahalanobis distance beyond which a scan is not believed (chi2, 3)
+    agreement_min         a scan that agrees less is not believed
+    agreement_expected, agreement_weight  of the CUSUM: below the first, doubt grows by the difference
+                          times the second with each scan; above, it falls
+    doubt_max             doubt that is remembered
+    lost_std_m            deviation that is stated while the pose may be wrong: the vehicle drives slowly
+    confirmed_ns, confirmed_std_m  a believed fix that is younger and a filter that is surer: not lost
+    together, together_m, together_rad  scans in a row that must say the same other place, and how nearly
+    stale_ns              without a scan for so long nothing is said of being lost
+    """
+
+    gnss: GnssInsLocalization
+    map_std_m: float = 0.018
+    map_std_rad: float = 0.001
+    map_m: float = 10.0
+    gate: float = 30.0
+    agreement_min: float = 0.45
+    agreement_expected: float = 0.5
+    agreement_weight: float = 2.0
+    doubt_max: float = 2.0
+    lost_std_m: float = 0.5
+    confirmed_ns: int = 2_000_000_000
+    confirmed_std_m: float = 0.3
+    together: int = 8
+    together_m: float = 0.3
+    together_rad: float = 0.03
+
+    def initial(self) -> ScanMapState:
+        return ScanMapState(self.gnss.initial())
+
+    def step(
+        self, state: ScanMapState, motion: VehicleMotion, navigation: Navigation, now_ns: int
+    ) -> tuple[Ego, ScanMapState]:
+        """The vehicle at `now_ns`; scans are compared with where it was at their stamps."""
+        others = tuple(item for item in navigation if not isinstance(item, ScanPose))
+        before = state.filter
+        ego, inner = self.gnss.step(before, motion, others, now_ns)
+        moved_m = _moved_m(before, inner)
+        state = msgspec.structs.replace(state, filter=inner, odometer_m=state.odometer_m + moved_m)
+        scans = [item for item in navigation if isinstance(item, ScanPose) and _is_finite(item)]
+        for scan in scans:
+            state = self._with_scan(state, scan)
+        return self._ego(state, motion, ego, has_scans=bool(scans)), state
+
+    def prior(self, state: ScanMapState, stamp_ns: int) -> ScanPrior | None:
+        """What the worker begins with at a scan's stamp; None: no pose yet, or a stamp of long ago."""
+        inner = state.filter
+        if inner.fix_stamp_ns == 0 or not inner.poses_odom or stamp_ns < inner.poses_odom[0][0]:
+            return None
+        then_now = compose(inverse(pose_at(inner.poses_odom, stamp_ns)), inner.odometry)
+        pose = compose(inner.pose_map, inverse(then_now))
+        entries = np.ix_([X, Y, YAW], [X, Y, YAW])
+        speed_mps = inner.speed_mps if math.isfinite(inner.speed_mps) else 0.0
+        return ScanPrior(
+            pose, inner.covariance[entries].copy(), speed_mps, inner.yaw_rate_radps, self.is_lost(state)
+        )
+
+    def is_lost(self, state: ScanMapState) -> bool:
+        """Whether scans say that the pose is wrong, and nothing else confirms it."""
+        return state.doubt >= 1.0 and not self._is_confirmed(state)
+
+    def _is_confirmed(self, state: ScanMapState) -> bool:
+        inner = state.filter
+        young = inner.stamp_ns - inner.fix_stamp_ns < self.confirmed_ns and not inner.disagrees_since_ns
+        return young and inner.offset_std_m < self.confirmed_std_m
+
+    def _with_scan(self, state: ScanMapState, scan: ScanPose) -> ScanMapState:
+        inner = state.filter
+        if inner.fix_stamp_ns == 0 or scan.stamp_ns < inner.poses_odom[0][0]:
+            return state
+        if not scan.is_searched:
+            grown = self.agreement_weight * (self.agreement_expected - scan.agreement)
+            state = msgspec.structs.replace(state, doubt=min(self.doubt_max, max(0.0, state.doubt + grown)))
+        if scan.agreement < self.agreement_min:
+            return msgspec.structs.replace(state, others=0)
+        then_now = compose(inverse(pose_at(inner.poses_odom, scan.stamp_ns)), inner.odometry)
+        seen_now = compose(scan.pose_map, then_now)
+        pose = inner.pose_map
+        innovation = np.array(
+            (seen_now.x_m - pose.x_m, seen_now.y_m - pose.y_m, wrap_angle(seen_now.yaw_rad - pose.yaw_rad))
+        )
+        mean, covariance = inner.mean.copy(), inner.covariance.copy()
+        distance = correct_pose(mean, covariance, innovation, self._covariance(state, scan), self.gate)
+        if distance > self.gate or self.is_lost(state):
+            return self._elsewhere(state, scan, seen_now)
+        inner = msgspec.structs.replace(inner, mean=mean, covariance=covariance, since_fix_m=0.0)
+        return msgspec.structs.replace(
+            state, filter=inner, scan_ns=scan.stamp_ns, scan_odometer_m=state.odometer_m, others=0
+        )
+
+    def _covariance(self, state: ScanMapState, scan: ScanPose) -> Array:
+        """(3, 3) of a scan, and of the map, whose error the last scans had as well."""
+        since_m = max(0.02, state.odometer_m - state.scan_odometer_m)
+        same = max(1.0, 2.0 * self.map_m / since_m) if state.scan_ns else 1.0
+        found: Array = scan.covariance + same * np.diag(
+            [self.map_std_m**2, self.map_std_m**2, self.map_std_rad**2]
+        )
+        return found
+
+    def _elsewhere(self, state: ScanMapState, scan: ScanPose, seen_now: Pose2) -> ScanMapState:
+        """A scan that lies well elsewhere. Several that say the same place are believed, unless GNSS is."""
+        inner = state.filter
+        map_odom = compose(seen_now, inverse(inner.odometry))
+        others = state.others + 1
+        if state.other_map_odom is not None and state.others:
+            there = compose(state.other_map_odom, inner.odometry)
+            apart_m = math.hypot(there.x_m - seen_now.x_m, there.y_m - seen_now.y_m)
+            if (
+                apart_m > self.together_m
+                or abs(wrap_angle(there.yaw_rad - seen_now.yaw_rad)) > self.together_rad
+            ):
+                others = 1
+        if others < self.together or self._is_confirmed(state):
+            return msgspec.structs.replace(state, others=others, other_map_odom=map_odom)
+        mean, covariance = inner.mean.copy(), inner.covariance.copy()
+        mean[X], mean[Y], mean[YAW] = seen_now.x_m, seen_now.y_m, seen_now.yaw_rad
+        # What was learned of the sensors is kept; nothing ties it to the new place.
+        covariance[:3, :], covariance[:, :3] = 0.0, 0.0
+        covariance[:3, :3] = scan.covariance + np.diag(
+            [4.0 * self.map_std_m**2, 4.0 * self.map_std_m**2, 4.0 * self.map_std_rad**2]
+        )
+        now_ns = inner.stamp_ns
+        inner = msgspec.structs.replace(
+            inner,
+            mean=mean,
+            covariance=covariance,
+            since_fix_m=0.0,
+            jump_since_ns=now_ns,
+            disagrees_since_ns=0,
+        )
+        return msgspec.structs.replace(
+            state, filter=inner, doubt=0.0, scan_ns=scan.stamp_ns, scan_odometer_m=state.odometer_m, others=0,
+            other_map_odom=None, restarted_ns=now_ns,
+        )  # fmt: skip
+
+    def _ego(self, state: ScanMapState, motion: VehicleMotion, ego: Ego, *, has_scans: bool) -> Ego:
+        if has_scans:
+            # A step without inputs and without time says what the corrected filter says.
+            ego, _ = self.gnss.step(state.filter, motion, (), state.filter.stamp_ns)
+        if not self.is_lost(state):
+            return ego
+        fault = Fault("pose_poor", "warning", state.filter.stamp_ns)
+        return msgspec.structs.replace(
+            ego, position_std_m=max(ego.position_std_m, self.lost_std_m), faults=(*ego.faults, fault)
+        )
+
+
+def hinted(state: ScanMapState, pose_map: Pose2, std_m: float, std_rad: float) -> ScanMapState:
+    """The state after an operator said where the vehicle is; scans then search around it."""
+    inner = state.filter
+    mean, covariance = inner.mean.copy(), inner.covariance.copy()
+    mean[X], mean[Y], mean[YAW] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
+    covariance[:3, :], covariance[:, :3] = 0.0, 0.0
+    covariance[X, X], covariance[Y, Y], covariance[YAW, YAW] = std_m**2, std_m**2, std_rad**2
+    inner = msgspec.structs.replace(
+        inner, mean=mean, covariance=covariance, fix_stamp_ns=inner.fix_stamp_ns or inner.stamp_ns
+    )
+    # The search goes on until a scan agrees.
+    return msgspec.structs.replace(state, filter=inner, doubt=1.0, others=0, other_map_odom=None)
+
+
+def _moved_m(before: LocalizationState, after: LocalizationState) -> float:
+    return math.hypot(after.odometry.x_m - before.odometry.x_m, after.odometry.y_m - before.odometry.y_m)
+
+
+def _is_finite(scan: ScanPose) -> bool:
+    values = (scan.pose_map.x_m, scan.pose_map.y_m, scan.pose_map.yaw_rad, scan.agreement)
+    return all(map(math.isfinite, values)) and bool(np.isfinite(scan.covariance).all())
