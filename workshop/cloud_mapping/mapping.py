@@ -27,6 +27,7 @@ from workshop.cloud_mapping.pose_graph import (
     optimized,
 )
 from workshop.cloud_mapping.residuals import Residuals, residuals
+from workshop.cloud_mapping.solution import Solved
 from workshop.cloud_mapping.surfaces import SurfaceParams, surfels_of
 
 
@@ -110,16 +111,6 @@ def reckoned_drive(
             f"{len(drive.stamps_ns)} scans, of which {drive.scans_empty} show too little, make no map."
         )
     return Drive(drive, ground_of(drive.clouds, params.ground))
-
-
-class Solved(msgspec.Struct, frozen=True):
-    """The graph at last, what it consists of, and how long its optimizations took (CPU seconds)."""
-
-    graph: Optimized
-    edges: tuple[Edge, ...]
-    places: tuple[Place, ...]
-    tried: int
-    optimise_s: float
 
 
 def solved(

@@ -1,16 +1,12 @@
 """How well the parts of a mapped drive agree, and how far it is from a reference trajectory."""
 
-from typing import TYPE_CHECKING
-
 import msgspec
 import numpy as np
 
 from contract.geometry import Array
 from vehicle_agent.localization.odometry.motion import inverted
 from workshop.cloud_mapping.keyframes import Reckoned
-
-if TYPE_CHECKING:
-    from workshop.cloud_mapping.mapping import Solved
+from workshop.cloud_mapping.solution import Solved
 
 
 class Residuals(msgspec.Struct, frozen=True):
@@ -37,7 +33,7 @@ class Residuals(msgspec.Struct, frozen=True):
     optimise_s: float
 
 
-def residuals(drive: Reckoned, solution: "Solved", surfels: int, moved: int) -> Residuals:
+def residuals(drive: Reckoned, solution: Solved, surfels: int, moved: int) -> Residuals:
     graph, poses = solution.graph, solution.graph.poses
     is_loop = np.array([edge.is_loop for edge in solution.edges], dtype=bool)
     weights = graph.edge_weights
