@@ -60,7 +60,7 @@ def test_the_doctor_ends_with_1_and_one_line_for_each_check(var_dir: Path) -> No
     done = RUN.invoke(APP, ["doctor", "--map", "nowhere.json", "--port", "0"])
     assert done.exit_code == 1
     lines = done.output.splitlines()
-    assert len(lines) == 13
+    assert len(lines) == 14
     assert any(line.startswith("bad     map       nowhere.json") and " -> " in line for line in lines)
 
 
