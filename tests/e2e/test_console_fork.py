@@ -33,7 +33,9 @@ def test_a_moment_is_forked_with_one_shuttle_more_and_compared(
     shuttles = table.get_by_role("row", name="Shuttles").get_by_role("cell")
     again, changed = (int(shuttles.nth(k).inner_text()) for k in (1, 2))
     assert changed == again + 1
-    expect(table.get_by_role("row", name="Rides served")).to_contain_text("2")
+    served = table.get_by_role("row", name="Rides served").get_by_role("cell")
+    # The two booked here, and those of tests before on the same server.
+    assert all(int(served.nth(k).inner_text()) >= 2 for k in (1, 2))
     expect(fork).to_contain_text("Compare them with each other.")
     if screenshots is not None:
         fork.scroll_into_view_if_needed()
