@@ -15,6 +15,7 @@ from tests.faults.real_campus import RealCampus, a_real_campus
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.choice import build_car
 
+# `make soak-maps`: CI has no room for its minutes.
 pytestmark = pytest.mark.faults
 API = "/api/v1"
 # A machine that does other work as well makes the gate brake now and then, and the operator resume.
