@@ -19,6 +19,7 @@ help:
 	@echo "make lint    format check, lint, types, import contracts"
 	@echo "make bench   short form of every benchmark, refreshes benchmarks/README.md"
 	@echo "make soak    long and random campaigns, with their seeds printed"
+	@echo "make soak-maps  rides in real time while maps are published and rolled back"
 	@echo "make soak-kill  SIGKILL of server, agent, database and broker, again and again (N=500)"
 	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
