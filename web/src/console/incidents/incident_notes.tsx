@@ -3,9 +3,9 @@ import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { ProblemAlert } from "../../shared/ui/alerts";
+import { TextLineForm } from "../forms/text_line_form";
 import { may } from "../session";
 import { texts } from "../texts/texts";
-import { NoteForm } from "./note_form";
 import { NoteList } from "./note_list";
 
 type Note = Schemas["NoteView"];
@@ -46,7 +46,9 @@ export function IncidentNotes({ incident_id }: { readonly incident_id: string })
           textOf={(note) => (note.name === "incident.noted" ? note.text : "")}
         />
       )}
-      {may("dispatcher", "safety") && <NoteForm label={t.add_note} onWrite={write} />}
+      {may("dispatcher", "safety") && (
+        <TextLineForm label={t.add_note} button={t.save_note} onSubmit={write} />
+      )}
     </details>
   );
 }

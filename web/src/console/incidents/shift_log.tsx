@@ -4,9 +4,9 @@ import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem } from "../../shared/api/problem";
 import { ProblemAlert } from "../../shared/ui/alerts";
+import { TextLineForm } from "../forms/text_line_form";
 import { may } from "../session";
 import { texts } from "../texts/texts";
-import { NoteForm } from "./note_form";
 import { NoteList } from "./note_list";
 
 const SHOWN = 50;
@@ -39,7 +39,9 @@ export function ShiftLog() {
       ) : (
         <NoteList notes={notes.value} titleOf={() => ""} textOf={(note) => note.text} />
       )}
-      {may("dispatcher", "safety") && <NoteForm label={t.add_to_shift_log} onWrite={write} />}
+      {may("dispatcher", "safety") && (
+        <TextLineForm label={t.add_to_shift_log} button={t.save_note} onSubmit={write} />
+      )}
     </section>
   );
 }
