@@ -15,11 +15,13 @@ from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
 from contract.roads.load import MapError, load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
+from vehicle_agent.receivers.gnss_receiver import GnssReceiver, ReceiverError
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
+from vehicle_agent.runtime.sensors.sensors_file import SensorsError
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
@@ -30,7 +32,9 @@ START_ERRORS = (
     ProfileError,
     MapError,
     HmiDeviceError,
+    ReceiverError,
     ScreenError,
+    SensorsError,
     TracingUnavailable,
 )
 
@@ -101,6 +105,10 @@ def run(
             files.profile()
             files.road_map()
             files.screen()
+            sensors = files.sensors()
+            if sensors is not None and sensors.file.receivers:
+                # Says now what to install, and not from a process that ends again and again.
+                GnssReceiver()
             hmi_devices = files.hmi_devices()
             for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
