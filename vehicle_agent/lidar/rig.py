@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from contract.geometry import Array
+from vehicle_agent.lidar.mount_watch import MountDrift, MountWatch
 from vehicle_agent.lidar.plausibility import CloudLimits, cloud_faults
 from vehicle_agent.signals.point_cloud import PointCloud
 
 # Why a lidar is missing in a scan, besides the codes of `plausibility`.
-SILENT = "silent"
+SILENT, MOVED = "silent", "moved"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,6 +34,7 @@ class RigScan:
     points_base  (n, 3) float32; intensities (n,) float32
     missing      lidars that are not in it, by the code of what is wrong
     is_blind     a required one is among them: the scan has no points
+    drifts       lidars that are not where they were calibrated
     """
 
     stamp_ns: int
@@ -40,14 +42,15 @@ class RigScan:
     intensities: np.ndarray
     missing: dict[str, str]
     is_blind: bool
+    drifts: dict[str, MountDrift]
 
 
 class LidarRig:
     """Takes the turns of all lidars, and gives a scan with each turn of the first one that is there.
 
     The other lidars' newest turns go with it. A turn that no working lidar gives is not used. A lidar whose
-    last usable turn is older than `age_ns_max` is missing. Vehicles move between the turns that are put
-    together, by up to a turn's time; that is left in.
+    last usable turn is older than `age_ns_max` is missing, and one that has moved too far. Vehicles move
+    between the turns that are put together, by up to a turn's time; that is left in.
     """
 
     def __init__(
@@ -58,6 +61,9 @@ class LidarRig:
         self._newest: dict[str, tuple[int, PointCloud]] = {}
         self._before: dict[str, PointCloud] = {}
         self._wrong: dict[str, str] = {}
+        self._watches = {lidar.name: MountWatch() for lidar in self._lidars}
+        self._mounts = {lidar.name: lidar.T_base_sensor for lidar in self._lidars}
+        self._drifts: dict[str, MountDrift] = {}
         self._given_ns: int | None = None
 
     def add(self, name: str, cloud: PointCloud) -> RigScan | None:
@@ -68,9 +74,23 @@ class LidarRig:
             self._wrong[name] = faults[0]
             return None
         self._wrong.pop(name, None)
+        self._watch(name, cloud)
+        if name in self._drifts and self._drifts[name].is_bad:
+            self._wrong[name] = MOVED
+            return None
         end_ns = cloud.stamp_ns + int(cloud.offsets_ns.max())
         self._newest[name] = (end_ns, cloud)
         return self._scan(end_ns) if name == self._leading(end_ns) else None
+
+    def _watch(self, name: str, cloud: PointCloud) -> None:
+        watch = self._watches[name]
+        if not watch.is_due(cloud.stamp_ns):
+            return
+        watch.add(cloud.stamp_ns, _in_base(cloud.points_sensor, self._mounts[name]))
+        if watch.drift is None:
+            self._drifts.pop(name, None)
+        else:
+            self._drifts[name] = watch.drift
 
     def silence(self, now_ns: int) -> RigScan | None:
         """A blind scan once a required lidar has been missing for too long and no scan says so."""
@@ -98,11 +118,13 @@ class LidarRig:
         self._given_ns = now_ns
         if is_blind:
             nothing = np.zeros((0, 3), dtype=np.float32)
-            return RigScan(now_ns, nothing, np.zeros(0, dtype=np.float32), missing, is_blind)
+            return RigScan(
+                now_ns, nothing, np.zeros(0, dtype=np.float32), missing, is_blind, dict(self._drifts)
+            )
         parts = [(lidar, self._newest[lidar.name][1]) for lidar in there]
         points = np.vstack([_in_base(cloud.points_sensor, lidar.T_base_sensor) for lidar, cloud in parts])
         intensities = np.concatenate([cloud.intensities for _, cloud in parts])
-        return RigScan(now_ns, points, intensities, missing, is_blind)
+        return RigScan(now_ns, points, intensities, missing, is_blind, dict(self._drifts))
 
 
 def _in_base(points_sensor: np.ndarray, T_base_sensor: Array) -> np.ndarray:

@@ -1,5 +1,6 @@
 """The lidars of a real vehicle as a process: packets in, one scan of all lidars into the scan ring."""
 
+import math
 import signal
 from pathlib import Path
 from types import FrameType
@@ -7,6 +8,7 @@ from types import FrameType
 import structlog
 
 from vehicle_agent.device_feed import DatagramPort, ScanRing
+from vehicle_agent.lidar.mount_watch import MountDrift
 from vehicle_agent.lidar.rig import LidarRig, RigLidar, RigScan
 from vehicle_agent.lidar.scans import ScanAssembler
 from vehicle_agent.runtime.devices.byte_sources import DatagramSource
@@ -38,6 +40,7 @@ class LidarProcess:
         )
         self._number = 0
         self._missing: dict[str, str] = {}
+        self._moved: dict[str, MountDrift] = {}
         self._told: dict[str, tuple[int, dict[str, int]]] = {}
         self._stopping = False
 
@@ -80,6 +83,22 @@ class LidarProcess:
         for name in self._missing.keys() - scan.missing.keys():
             log.info("lidar.back", name=name)
         self._missing = scan.missing
+        self._tell_moved(scan.drifts)
+
+    def _tell_moved(self, drifts: dict[str, MountDrift]) -> None:
+        for name, drift in drifts.items():
+            if name not in self._moved or self._moved[name].is_bad != drift.is_bad:
+                log.warning(
+                    "lidar.moved",
+                    name=name,
+                    height_m=round(drift.height_m, 3),
+                    roll_deg=round(math.degrees(drift.roll_rad), 2),
+                    pitch_deg=round(math.degrees(drift.pitch_rad), 2),
+                    is_used=not drift.is_bad,
+                )
+        for name in self._moved.keys() - drifts.keys():
+            log.info("lidar.in_place", name=name)
+        self._moved = drifts
 
     def _tell_refused(self, name: str, refused: dict[str, int], now_ns: int) -> None:
         told_ns, told = self._told.get(name, (0, {}))
