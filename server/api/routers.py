@@ -5,6 +5,7 @@ from typing import Any
 from fastapi import APIRouter, FastAPI
 
 from server.api import problems
+from server.api.announcements import routes as announcements
 from server.api.audit import routes as audit
 from server.api.basic import routes as basic
 from server.api.campus import boards, travel_times
@@ -77,6 +78,7 @@ def bare_app(**options: Any) -> FastAPI:
         series.router,
         service.router,
         timetables.router,
+        announcements.router,
         closures.router,
         travel_times.router,
         sessions.router,
