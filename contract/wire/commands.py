@@ -17,6 +17,9 @@ class Command(Message, frozen=True, tag="command"):
 
     text     announcement, reason of a hold, note of a mark or name of a recording
     made_ns  when it was given, by the server's clock; 0 if that is not known
+    text_zh  an announcement in Chinese, `text` then being English; "" for one in a single language
+    shown_until_ns  until when an announcement stays on the screens, by the server's clock; 0: it is only
+             said. One with an empty text takes down what they show
     """
 
     epoch: Count
@@ -24,6 +27,8 @@ class Command(Message, frozen=True, tag="command"):
     kind: CommandKind
     text: LongText = ""
     made_ns: StampNs = 0
+    text_zh: LongText = ""
+    shown_until_ns: StampNs = 0
 
 
 class PassengerTap(Message, frozen=True, tag="passenger_tap"):

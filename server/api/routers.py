@@ -7,6 +7,7 @@ from fastapi import APIRouter, FastAPI
 from starlette.routing import BaseRoute
 
 from server.api import problems
+from server.api.announcements import routes as announcements
 from server.api.audit import routes as audit
 from server.api.basic import routes as basic
 from server.api.campus import boards, travel_times
@@ -95,6 +96,7 @@ def _routes() -> tuple[BaseRoute, ...]:
         series.router,
         service.router,
         timetables.router,
+        announcements.router,
         closures.router,
         travel_times.router,
         sessions.router,
