@@ -9,6 +9,7 @@ from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.calibrate import calibrate_lidars
+from campusloop.commands.survey import survey
 
 app = typer.Typer(no_args_is_help=True)
 console = Console(soft_wrap=True)
@@ -18,6 +19,7 @@ EXIT_NOT_WRITTEN = 3
 
 
 app.command("calibrate")(calibrate_lidars)
+app.command("survey")(survey)
 
 
 @app.command("map")

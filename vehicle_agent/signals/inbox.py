@@ -15,12 +15,18 @@ from vehicle_agent.signals.arriving import (
     LinkState,
     ObstaclePercept,
     PedestrianPresence,
+    ScanPose,
+    ScanUnplaced,
     SeatButton,
     SeatSensor,
     TrackPercept,
 )
+from vehicle_agent.signals.localizing import PoseHint
 from vehicle_agent.signals.plans import PlanAnswer
 
+# What the localization worker answers.
+ScanAnswer = ScanPose | ScanUnplaced
+Navigation = GnssFix | ImuSample | ScanPose | ScanUnplaced | PoseHint
 MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link delivers to the tick.
@@ -31,6 +37,8 @@ InboxBody = (
     CanFrame
     | GnssFix
     | ImuSample
+    | ScanPose
+    | ScanUnplaced
     | ObstaclePercept
     | TrackPercept
     | PlanAnswer
@@ -64,7 +72,7 @@ class Inputs(msgspec.Struct, frozen=True):
 
     stamp_ns: int
     frames: tuple[CanFrame, ...] = ()
-    navigation: tuple[GnssFix | ImuSample, ...] = ()
+    navigation: tuple[Navigation, ...] = ()
     percepts: tuple[Percept, ...] = ()
     plans: tuple[PlanAnswer, ...] = ()
     infrastructure: tuple[Infrastructure, ...] = ()
