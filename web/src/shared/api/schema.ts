@@ -3391,7 +3391,7 @@ export interface components {
         CommandScene: {
             command_id: string;
             /** @enum {unknown} */
-            kind: "announce" | "hold" | "mark" | "resume" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
+            kind: "announce" | "hold" | "mark" | "resume" | "set_position" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
             /** @enum {unknown} */
             state: "done" | "failed" | "pending";
             detail: string;
@@ -3419,7 +3419,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene";
+            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene" | "set_position";
             /** Text */
             text: string;
             /**
@@ -4011,7 +4011,7 @@ export interface components {
         /** FaultReport */
         FaultReport: {
             /** @enum {unknown} */
-            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
+            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "localization_silent" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
             /** @enum {unknown} */
             severity: "info" | "stop" | "warning";
             since_ns: number;
@@ -4022,7 +4022,7 @@ export interface components {
              * Code
              * @enum {string}
              */
-            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
+            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "localization_silent" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
             /**
              * Severity
              * @enum {string}
@@ -4532,6 +4532,22 @@ export interface components {
             number,
             "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
         ];
+        /**
+         * LocalizationReport
+         * @description How well the vehicle knows where it is.
+         *
+         *         phase           "gnss_only" also of a vehicle that compares no scans with a map
+         *         position_std_m  standard deviation along its worst direction; None while there is no position
+         *         agreement       share of the last scan's points that lie on the map; None without one
+         */
+        LocalizationReport: {
+            /** @enum {unknown} */
+            phase: "doubtful" | "gnss_only" | "lost" | "recovered" | "tracking" | "waiting";
+            /** @default null */
+            position_std_m: number | null;
+            /** @default null */
+            agreement: number | null;
+        };
         /**
          * MapDiff
          * @example {
@@ -6771,6 +6787,8 @@ export interface components {
             hold_reason: ("fault" | "just_started" | "off_map" | "off_route" | "operator_hold" | "operator_stop" | "takeover" | "unreachable_visit") | null;
             /** @default  */
             hold_detail: string;
+            /** @default null */
+            localization: components["schemas"]["LocalizationReport"] | null;
         };
         /**
          * StatusView
