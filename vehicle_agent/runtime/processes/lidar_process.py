@@ -18,6 +18,7 @@ from vehicle_agent.runtime.sensors.sensors_file import PlacedLidar
 log = structlog.get_logger()
 
 WAIT_NS = 50_000_000
+GATHER_NS = 5_000_000
 # A sensor that sends nonsense is named once in so long.
 TELL_AGAIN_NS = 10_000_000_000
 
@@ -51,6 +52,8 @@ class LidarProcess:
         files = [source.fileno() for _, source, _ in self._inputs]
         while not self._stopping:
             self._clock.wait(self._clock.now_ns() + WAIT_NS, files)
+            # Packets that are decoded together take less than half of the time.
+            self._clock.wait(self._clock.now_ns() + GATHER_NS)
             self.step()
         for _, source, _ in self._inputs:
             source.close()
@@ -60,10 +63,7 @@ class LidarProcess:
         """What has come since the last step."""
         now_ns = self._clock.now_ns()
         for name, source, assembler in self._inputs:
-            for packet in source.poll():
-                cloud = assembler.add(now_ns, packet)
-                if cloud is None:
-                    continue
+            for cloud in assembler.add_burst(now_ns, source.poll()):
                 # What comes first is the end of a turn.
                 if name in self._whole:
                     self._give(self._rig.add(name, cloud))
