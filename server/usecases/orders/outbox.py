@@ -41,7 +41,14 @@ def outbox_of(uow: UnitOfWork, vehicle_id: str, understands: Sequence[str] = LAT
         order=order,
         grants=grants,
         commands=tuple(
-            Command(epoch, command.command_id, command.kind, command.text, ns_of(command.made_at))
+            Command(
+                epoch,
+                command.command_id,
+                command.kind,
+                command.text,
+                ns_of(command.made_at),
+                command.pose,
+            )
             for command in recordings.deliverable(uow, uow.vehicles.pending_commands(vehicle_id), understands)
         ),
         taps=tuple(

@@ -1647,6 +1647,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/position": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Vehicle Position
+         * @description Tell a standing vehicle where it is. It compares its scans with the map there and answers within 20 s.
+         *
+         *     `last_command` of the vehicle says what came of it. Near is enough: within 10 m, and 20 degrees.
+         */
+        post: operations["set_vehicle_position"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/key": {
         parameters: {
             query?: never;
@@ -3178,7 +3200,7 @@ export interface components {
         CommandScene: {
             command_id: string;
             /** @enum {unknown} */
-            kind: "announce" | "hold" | "mark" | "resume" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
+            kind: "announce" | "hold" | "mark" | "resume" | "set_position" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
             /** @enum {unknown} */
             state: "done" | "failed" | "pending";
             detail: string;
@@ -3206,7 +3228,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene";
+            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene" | "set_position";
             /** Text */
             text: string;
             /**
@@ -3216,7 +3238,7 @@ export interface components {
             state: "pending" | "done" | "failed";
             /**
              * Detail
-             * @description The vehicle's reason when it refused; empty otherwise.
+             * @description The vehicle's reason when it refused, or what came of it.
              */
             detail: string;
         };
@@ -3756,7 +3778,7 @@ export interface components {
         /** FaultReport */
         FaultReport: {
             /** @enum {unknown} */
-            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
+            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "localization_silent" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
             /** @enum {unknown} */
             severity: "info" | "stop" | "warning";
             since_ns: number;
@@ -3767,7 +3789,7 @@ export interface components {
              * Code
              * @enum {string}
              */
-            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
+            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "localization_silent" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
             /**
              * Severity
              * @enum {string}
@@ -4278,6 +4300,40 @@ export interface components {
             "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
         ];
         /**
+         * LocalizationReport
+         * @description How well the vehicle knows where it is.
+         *
+         *         phase           "gnss_only" also of a vehicle that compares no scans with a map
+         *         position_std_m  standard deviation along its worst direction; None while there is no position
+         *         agreement       share of the last scan's points that lie on the map; None without one
+         */
+        LocalizationReport: {
+            /** @enum {unknown} */
+            phase: "doubtful" | "gnss_only" | "lost" | "recovered" | "tracking" | "waiting";
+            /** @default null */
+            position_std_m: number | null;
+            /** @default null */
+            agreement: number | null;
+        };
+        /**
+         * LocalizationView
+         * @description How well the vehicle knows where it is; the deviation is along its worst direction.
+         */
+        LocalizationView: {
+            /**
+             * Phase
+             * @enum {string}
+             */
+            phase: "waiting" | "tracking" | "doubtful" | "lost" | "recovered" | "gnss_only";
+            /** Position Std M */
+            position_std_m: number | null;
+            /**
+             * Agreement
+             * @description Share of the last scan that lies on the map.
+             */
+            agreement: number | null;
+        };
+        /**
          * MapDiff
          * @example {
          *       "against": "3f0c9a71d2e84b55",
@@ -4451,6 +4507,23 @@ export interface components {
             by: string;
             /** @default  */
             text: string;
+        };
+        /**
+         * NamedPosition
+         * @description Where a vehicle stands: metres east (x) and north (y) of the origin; yaw as in every pose.
+         * @example {
+         *       "x_m": 106.2,
+         *       "y_m": 447.2,
+         *       "yaw_rad": -0.98
+         *     }
+         */
+        NamedPosition: {
+            /** X M */
+            x_m: number;
+            /** Y M */
+            y_m: number;
+            /** Yaw Rad */
+            yaw_rad: number;
         };
         /**
          * NewMark
@@ -6516,6 +6589,8 @@ export interface components {
             hold_reason: ("fault" | "just_started" | "off_map" | "off_route" | "operator_hold" | "operator_stop" | "takeover" | "unreachable_visit") | null;
             /** @default  */
             hold_detail: string;
+            /** @default null */
+            localization: components["schemas"]["LocalizationReport"] | null;
         };
         /**
          * StatusView
@@ -6551,6 +6626,7 @@ export interface components {
             hold_reason: ("just_started" | "operator_hold" | "operator_stop" | "off_map" | "off_route" | "unreachable_visit" | "takeover" | "fault") | null;
             /** Hold Detail */
             hold_detail: string;
+            localization: components["schemas"]["LocalizationView"] | null;
         };
         /** StopBody */
         StopBody: {
@@ -14581,6 +14657,107 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["VehicleRecord"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_vehicle_position: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NamedPosition"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
                 };
             };
             /** @description The body is not text. */
