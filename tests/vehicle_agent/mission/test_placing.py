@@ -1,17 +1,21 @@
-"""An operator names the vehicle's place: it is tried while the vehicle stands, and what came of it is told."""
+"""An operator names the vehicle's place: it is tried while it stands, and what came of it is told."""
 
 import msgspec
 import pytest
 
 from contract.geometry import Pose2
+from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, CommandDone
 from contract.wire.reasons import LocalizationPhase
-from tests.vehicle_agent.mission.ring import RingShuttle
+from tests.vehicle_agent.mission.ring import ring
+from vehicle_agent.config import Profile
 from vehicle_agent.mission.messages import answer_placing, execute_command
+from vehicle_agent.mission.mission import Mission
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.signals import Ego
+from vehicle_agent.stacks.rooms import mission_rules
 
-SHUTTLE = RingShuttle()
+MISSION = Mission(RoadNetwork(ring()), mission_rules(Profile()))
 NAMED = Pose2(10.0, 0.0, 0.0)
 
 
@@ -22,8 +26,7 @@ def an_ego(phase: LocalizationPhase | None, *, valid: bool = True, speed_mps: fl
 
 def told(state: MissionState, ego: Ego, command_id: str = "c-1", pose: Pose2 | None = NAMED) -> MissionState:
     command = Command(1, command_id, "set_position", pose_map=pose)
-    mission = SHUTTLE.mission
-    return execute_command(state, command, mission.network, mission.rules, ego)
+    return execute_command(state, command, MISSION.network, MISSION.rules, ego)
 
 
 def later(state: MissionState, seconds: float, ego: Ego) -> MissionState:
@@ -37,7 +40,7 @@ def answers(state: MissionState) -> list[tuple[str, bool, str]]:
 
 @pytest.fixture
 def start() -> MissionState:
-    return SHUTTLE.mission.initial()
+    return MISSION.initial()
 
 
 def test_a_place_that_scans_confirm_is_told_with_its_distance(start: MissionState) -> None:
