@@ -65,7 +65,7 @@ def demo(
         typer.Option(help="gnss; or scans: the shuttles compare their lidar's scans with a point map."),
     ] = Localization.GNSS,
     point_map: Annotated[
-        Path | None, typer.Option(help="For scans: folder of a point map; the shipped one without it.")
+        Path | None, typer.Option(help="For scans: folder of a point map; var/point-maps/CAMPUS without it.")
     ] = None,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",

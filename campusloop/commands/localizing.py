@@ -3,12 +3,15 @@
 from enum import StrEnum
 from pathlib import Path
 
-from campusloop.shipped import PROFILES, point_map_of
-from contract.point_map.map_files import PointMapError
+from campusloop.shipped import PROFILES
+from contract.point_map.map_files import INDEX, PointMapError
 from contract.roads.load import load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.stacks.choice import LOCALIZING_STACKS
+
+# Where `campusloop workshop survey` puts a campus's point map; they are made, not shipped (decision 27).
+POINT_MAPS = Path("var/point-maps")
 
 
 class Localization(StrEnum):
@@ -45,11 +48,12 @@ def chosen_point_map(
         return None
     if not has_scene:
         raise PointMapError("--localization scans needs --scene: without it lidars see plain walls alone")
-    folder = point_map or point_map_of(campus_map)
-    if folder is None:
+    road_map = load_map(campus_map)
+    folder = point_map or POINT_MAPS / road_map.campus_id
+    if point_map is None and not (folder / INDEX).exists():
         raise PointMapError(
-            f"no point map ships with {campus_map}: make one with `campusloop workshop survey`, "
-            "and give it with --point-map"
+            f"there is no point map in {folder} yet: make one, which takes minutes, with "
+            f"`campusloop workshop survey --map {campus_map}`, or give one with --point-map"
         )
-    checked_index(folder, load_map(campus_map).origin)
+    checked_index(folder, road_map.origin)
     return folder.resolve()
