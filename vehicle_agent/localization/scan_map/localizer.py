@@ -132,7 +132,8 @@ class ScanLocalizer:
         """Share of the beams above the road that would have gone through walls."""
         params, index = self.params, self._index
         up = points[above > 0.0]
-        up = up[:: max(1, math.ceil(len(up) / params.beams))]
+        # Contiguous: kernels are compiled for that, before the first scan.
+        up = np.ascontiguousarray(up[:: max(1, math.ceil(len(up) / params.beams))])
         count = beams_through(
             up, match.pose, index.voxel_m, index.keys, index.elements, params.match.reach_m,
             params.match.inlier_m,
@@ -210,10 +211,10 @@ class ScanLocalizer:
         window = (params.search_m, params.search_rad, params.search_step_rad)
         places = likely_poses(based, index, pose, self._height_m or 0.0, window, params.search_kept)
         loose = np.diag([1.0, 1.0, params.height_m**-2, params.lean_rad**-2, params.lean_rad**-2, 100.0])
-        few = slice(None, None, max(1, len(points) // params.search_aligned))
+        step = max(1, len(points) // params.search_aligned)
+        few, few_above = np.ascontiguousarray(points[::step]), np.ascontiguousarray(above[::step])
         found = [
-            match_scan(points[few], above[few], index, self._guess(place), loose, params.match)
-            for place in places
+            match_scan(few, few_above, index, self._guess(place), loose, params.match) for place in places
         ]
         found.sort(key=lambda match: -match.agreement)
         best = found[0]
