@@ -77,7 +77,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     ),
     (
         """preview_intervention preview_ride_delays mark_recording start_recording stop_recording
-        ask_for_scene fork_the_past""",
+        ask_for_scene fork_the_past stop_fork""",
         frozenset({"dispatcher", "safety"}),
         "drive",
     ),

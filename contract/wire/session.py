@@ -39,6 +39,9 @@ class Challenge(Message, frozen=True, tag="challenge"):
 class Hello(Message, frozen=True, tag="hello"):
     """Vehicle: who I am, what I hold. `signature` is Ed25519 over `signed_hello(...)`, base64.
 
+    boot_id      whose numbers the events have
+    run_boot_id  under which the vehicle records now: its agent may number events and record in two processes;
+                 "" for an agent with one
     understands  the kinds of `Command` among `LATER_KINDS` that this agent can read
     """
 
@@ -56,6 +59,7 @@ class Hello(Message, frozen=True, tag="hello"):
     seats: Seats = 6
     wheelchair_places: Places = 0
     understands: Annotated[tuple[ShortText, ...], msgspec.Meta(max_length=UNDERSTOOD_MAX)] = ()
+    run_boot_id: Id = ""
 
 
 def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> bytes:

@@ -142,6 +142,8 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.OutcomeUnknown: 503,
     errors.SessionFenced: 409,
     errors.ForkImpossible: 409,
+    errors.ForkStopped: 409,
+    errors.ForkUnknown: 404,
     errors.ForksBusy: 409,
     errors.RecordingUnknown: 404,
     errors.RecordingUnderWay: 409,

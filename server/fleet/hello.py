@@ -90,4 +90,5 @@ def facts_of(hello: Hello) -> HelloFacts:
         progress=hello.progress,
         seats=hello.seats,
         wheelchair_places=hello.wheelchair_places,
+        run_boot_id=hello.run_boot_id,
     )

@@ -50,7 +50,11 @@ Sign = Callable[[bytes], str]
 
 
 class Identity(msgspec.Struct, frozen=True):
-    """The vehicle's identity, in every hello."""
+    """The vehicle's identity, in every hello.
+
+    boot_id      of the process that numbers events
+    run_boot_id  of the run that is recorded, "" if that is the same
+    """
 
     vehicle_id: str
     boot_id: str
@@ -59,6 +63,7 @@ class Identity(msgspec.Struct, frozen=True):
     map_version: str
     seats: int
     wheelchair_places: int
+    run_boot_id: str = ""
 
 
 class VehicleSession:
@@ -200,6 +205,7 @@ class VehicleSession:
             seats=identity.seats,
             wheelchair_places=identity.wheelchair_places,
             understands=LATER_KINDS,
+            run_boot_id=identity.run_boot_id,
         )
         self._send(hello)
 

@@ -4,20 +4,22 @@ from dataclasses import asdict
 from datetime import datetime
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter, Depends, Path
 from pydantic import BaseModel, ConfigDict, Field
 
+from server.api.formats import NAME_PATTERN, Name
 from server.api.problems import problems
 from server.api.replays.routes import DAY_S_MAX, moment_at
 from server.api.security.access import DRIVER_REFUSALS, Actor, changing, now_ns
 from server.api.security.permissions import PREVIEW
 from server.api.services import InjectedServices
-from server.domain.errors import ForkImpossible, ForksBusy
+from server.domain.errors import ForkImpossible, ForksBusy, ForkStopped, ForkUnknown
 from server.usecases.planning.day_figures import DayFigures
 from server.usecases.planning.forks import ForkResult, fork_input
 
 router = APIRouter(prefix="/replays/forks", tags=["runs"])
 
+ForkId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["fork-6f1d0c1e"])]
 PolicyName = Literal["insertion", "improvement", "departure-slack", "departure-slack-improvement"]
 
 
@@ -33,6 +35,7 @@ class ForkRequest(BaseModel):
     seconds: int = Field(7200, ge=60, le=DAY_S_MAX, description="Rides wanted so long after it.")
     more: int = Field(0, ge=-50, le=50, description="Shuttles more, or less if negative.")
     policy: PolicyName = Field("improvement", description="The present one is `improvement`.")
+    fork_id: Name | None = Field(None, description="Chosen by the client; by it the fork can be stopped.")
 
 
 class ForkFigures(BaseModel):
@@ -78,10 +81,13 @@ class ForkView(BaseModel):
     present: ForkFigures
     changed: ForkFigures
     rides: list[ForkedRideView]
+    computing_s: float = Field(description="What it took one processor of the server.")
 
 
 @router.post(
-    "", operation_id="fork_the_past", responses=problems(ForkImpossible, ForksBusy, *DRIVER_REFUSALS)
+    "",
+    operation_id="fork_the_past",
+    responses=problems(ForkImpossible, ForkStopped, ForksBusy, *DRIVER_REFUSALS),
 )
 async def fork_the_past(
     request: ForkRequest,
@@ -94,7 +100,21 @@ async def fork_the_past(
     fork = await services.transactions.read(
         lambda uow: fork_input(uow, at, until, request.more, request.policy)
     )
-    return _view(await services.forks.run(fork))
+    return _view(await services.forks.run(fork, request.fork_id or ""))
+
+
+@router.delete(
+    "/{fork_id}",
+    operation_id="stop_fork",
+    status_code=204,
+    responses=problems(ForkUnknown, *DRIVER_REFUSALS),
+)
+async def stop_fork(
+    fork_id: ForkId, services: InjectedServices, actor: Annotated[Actor, Depends(changing(PREVIEW))]
+) -> None:
+    """Give up a comparison that this server computes; whoever waits for it gets `fork_stopped`."""
+    services.limits.commands.take(actor.account, now_ns(services))
+    services.forks.stop(fork_id)
 
 
 def _view(result: ForkResult) -> ForkView:
@@ -103,6 +123,7 @@ def _view(result: ForkResult) -> ForkView:
         present=_figures(result.present, result.present_shuttles),
         changed=_figures(result.changed, result.changed_shuttles),
         rides=[ForkedRideView(**asdict(ride)) for ride in result.rides],
+        computing_s=round(result.computing_s, 2),
     )
 
 

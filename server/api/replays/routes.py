@@ -1,7 +1,8 @@
 """The past of the whole fleet: what happened in a stretch of time, and where every vehicle was."""
 
+from collections.abc import Sequence
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 from fastapi import APIRouter, Query, Response
@@ -14,6 +15,8 @@ from server.live import past
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 router = APIRouter(prefix="/replays", tags=["runs"])
+
+T = TypeVar("T")
 
 # A day whose clocks are set back, and a bit.
 DAY_S_MAX = 26 * 3600
@@ -73,32 +76,27 @@ async def get_fleet_positions(
     """Where every vehicle was, as far as 60,000 stored positions reach; `to_ms` says how far."""
     to_ms = from_ms + 1000 * seconds
     found = await services.transactions.read(
-        lambda uow: uow.past.positions(moment_at(from_ms), moment_at(to_ms), ROWS_MAX)
+        lambda uow: uow.past.positions(moment_at(from_ms), moment_at(to_ms), ROWS_MAX + 1)
     )
 
     def work() -> bytes:
-        is_cut = len(found) == ROWS_MAX
-        return msgspec.json.encode(past.fleet_positions(found, from_ms, to_ms, step_ms, is_cut))
+        cuts = Cuts()
+        shown = cuts.of(found, ROWS_MAX)
+        return msgspec.json.encode(past.fleet_positions(shown, from_ms, to_ms, step_ms, cuts.is_cut))
 
     return Response(await services.offload.run(work), media_type="application/json")
 
 
 def _past(uow: UnitOfWork, since: datetime, until: datetime) -> past.FleetPast:
-    events = uow.past.vehicle_events(since, until, past.EVENT_KINDS, MARKS_MAX)
+    stored = uow.past
+    cuts = Cuts()
+    events = cuts.of(stored.vehicle_events(since, until, past.EVENT_KINDS, MARKS_MAX + 1), MARKS_MAX)
     # There are many of these: they must not crowd out a takeover.
-    stops = uow.past.vehicle_events(since, until, past.STOP_KINDS, STOPS_MAX)
-    incidents = uow.past.incidents(since, until, MARKS_MAX)
-    said = uow.past.server_events(since, until, past.INTERVENTIONS, MARKS_MAX)
-    rides = uow.past.rides(since, until, RIDES_MAX)
-    runs = uow.past.runs(since, until, RUNS_MAX)
-    counts = [
-        (len(events), MARKS_MAX),
-        (len(stops), STOPS_MAX),
-        (len(incidents), MARKS_MAX),
-        (len(said), MARKS_MAX),
-        (len(rides), RIDES_MAX),
-        (len(runs), RUNS_MAX),
-    ]
+    stops = cuts.of(stored.vehicle_events(since, until, past.STOP_KINDS, STOPS_MAX + 1), STOPS_MAX)
+    incidents = cuts.of(stored.incidents(since, until, MARKS_MAX + 1), MARKS_MAX)
+    said = cuts.of(stored.server_events(since, until, past.INTERVENTIONS, MARKS_MAX + 1), MARKS_MAX)
+    rides = cuts.of(stored.rides(since, until, RIDES_MAX + 1), RIDES_MAX)
+    runs = cuts.of(stored.runs(since, until, RUNS_MAX + 1), RUNS_MAX)
     return past.FleetPast(
         from_ms=ms_of(since),
         to_ms=ms_of(until),
@@ -106,8 +104,19 @@ def _past(uow: UnitOfWork, since: datetime, until: datetime) -> past.FleetPast:
         marks=past.marks((*events, *stops), incidents, said),
         rides=[past.past_ride(ride) for ride in rides],
         runs=[past.past_run(run) for run in runs],
-        is_cut=any(count == most for count, most in counts),
+        is_cut=cuts.is_cut,
     )
+
+
+class Cuts:
+    """Lists that were asked for one more than is told: one that is exactly full is whole."""
+
+    def __init__(self) -> None:
+        self.is_cut = False
+
+    def of(self, found: Sequence[T], most: int) -> Sequence[T]:
+        self.is_cut |= len(found) > most
+        return found[:most]
 
 
 def moment_at(at_ms: int) -> datetime:

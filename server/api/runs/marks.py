@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import Literal
 
 from contract.runlog.indexed import marks
 from contract.runlog.reader import RunLogError, open_segment
@@ -14,6 +15,7 @@ from server.domain.record.runs import Run
 from server.usecases.ports.unit_of_work import UnitOfWork
 
 Span = tuple[datetime, datetime]
+MarkKind = Literal["mark", "start_recording", "stop_recording"]
 
 
 def run_span(run: Run, paths: Sequence[Path]) -> Span | None:
@@ -33,15 +35,7 @@ def known_marks(uow: UnitOfWork, vehicle_id: str, span: Span) -> list[RunMark]:
     """The server's own of that time."""
     since, until = span
     found = [
-        RunMark(
-            mark_id=command.command_id,
-            kind="mark",
-            at_ms=ms_of(command.made_at),
-            note=command.text,
-            by=command.by,
-            state=command.state,
-            in_file=False,
-        )
+        _known(command.command_id, "mark", command.made_at, command.text, command.by, command.state)
         for command in uow.vehicles.marks(vehicle_id, since, until)
     ]
     for recording in uow.recordings.of_time(vehicle_id, since, until):
@@ -74,29 +68,18 @@ def run_marks(paths: Sequence[Path], known: Sequence[RunMark]) -> list[RunMark]:
 
 
 def _ends(recording: Recording) -> list[RunMark]:
+    """Its beginning, and its end if it was stopped."""
     refused = recording.state == "refused"
     begun: CommandState = "failed" if refused else "pending" if recording.begun is None else "done"
-    found = [
-        RunMark(
-            mark_id=recording.recording_id,
-            kind="start_recording",
-            at_ms=ms_of(recording.started_at),
-            note=recording.name,
-            by=recording.started_by,
-            state=begun,
-            in_file=False,
-        )
-    ]
-    if recording.stop_id:
-        found.append(
-            RunMark(
-                mark_id=recording.stop_id,
-                kind="stop_recording",
-                at_ms=ms_of(recording.stopped_at),
-                note=recording.name,
-                by=recording.stopped_by,
-                state="pending" if recording.ended is None else "done",
-                in_file=False,
-            )
-        )
+    name, started_by = recording.name, recording.started_by
+    found = [_known(recording.recording_id, "start_recording", recording.started_at, name, started_by, begun)]
+    if recording.stop_id and recording.stopped_at is not None:
+        ended: CommandState = "pending" if recording.ended is None else "done"
+        stopped_at, stopped_by = recording.stopped_at, recording.stopped_by
+        found.append(_known(recording.stop_id, "stop_recording", stopped_at, name, stopped_by, ended))
     return found
+
+
+def _known(mark_id: str, kind: MarkKind, at: datetime, note: str, by: str, state: CommandState) -> RunMark:
+    """What the server knows, whether or not it is in a file."""
+    return RunMark(mark_id=mark_id, kind=kind, at_ms=ms_of(at), note=note, by=by, state=state, in_file=False)

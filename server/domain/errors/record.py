@@ -39,6 +39,18 @@ class ForkImpossible(DomainError):
     code = "fork_impossible"
 
 
+class ForkStopped(DomainError):
+    """The fork was stopped before it was computed."""
+
+    code = "fork_stopped"
+
+
+class ForkUnknown(DomainError):
+    """This server computes no fork of this name, or no longer."""
+
+    code = "fork_unknown"
+
+
 class ForksBusy(DomainError):
     """This server computes as many forks as it may; try again when they are done."""
 

@@ -30,6 +30,15 @@ class SqlRunRepository(Repository):
         row = self._find(tables.segments, sha256=sha256)
         return None if row is None else _segment_from_row(row)
 
+    def segments_at(self, vehicle_id: str, stamp_ns: int) -> tuple[Segment, ...]:
+        chosen = self._select(
+            tables.segments,
+            _segment.vehicle_id == vehicle_id,
+            _segment.first_ns <= stamp_ns,
+            _segment.last_ns >= stamp_ns,
+        )
+        return tuple(_segment_from_row(row) for row in self._many(chosen.order_by(_segment.received_at)))
+
     def add_segment(self, segment: Segment) -> None:
         self._insert(
             tables.segments,

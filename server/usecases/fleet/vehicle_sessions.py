@@ -27,7 +27,7 @@ from server.usecases.record.server_events import record_event
 
 @dataclass(frozen=True, slots=True)
 class HelloFacts:
-    """The content of a verified hello."""
+    """The content of a verified hello. run_boot_id: under which the vehicle records, "" for boot_id."""
 
     vehicle_id: str
     boot_id: str
@@ -38,6 +38,7 @@ class HelloFacts:
     progress: OrderProgress | None
     seats: int
     wheelchair_places: int
+    run_boot_id: str = ""
 
 
 def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
@@ -64,7 +65,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     opened = with_availability(uow, with_reported_map(uow, opened))
     uow.vehicles.save(opened)
     uow.vehicles.heard(hello.vehicle_id, uow.now)
-    begin_run(uow, opened)
+    begin_run(uow, opened, hello.run_boot_id or hello.boot_id)
     clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
     _reconcile(uow, hello)
     uow.publish(topics.vehicle_session(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)

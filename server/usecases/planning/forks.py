@@ -104,7 +104,10 @@ class ForkedRide:
 
 @dataclass(frozen=True, slots=True)
 class ForkResult:
-    """present: the fleet and the policy of then, dispatched again; changed: with the change."""
+    """present: the fleet and the policy of then, dispatched again; changed: with the change.
+
+    computing_s  what it took a processor; 0 where it was computed in the caller's own step
+    """
 
     present_shuttles: int
     changed_shuttles: int
@@ -112,13 +115,18 @@ class ForkResult:
     present: DayFigures
     changed: DayFigures
     rides: tuple[ForkedRide, ...]
+    computing_s: float = 0.0
 
 
 class Forks(Protocol):
     """`run_fork` somewhere: inline, or in a child process."""
 
-    async def run(self, fork: ForkInput) -> ForkResult:
-        """Raises ForksBusy."""
+    async def run(self, fork: ForkInput, fork_id: str) -> ForkResult:
+        """fork_id: by which it can be stopped, "" for none. Raises ForksBusy, ForkStopped."""
+        ...
+
+    def stop(self, fork_id: str) -> None:
+        """Give up the fork of this name; its `run` raises ForkStopped. Raises ForkUnknown."""
         ...
 
 

@@ -46,6 +46,10 @@ class RunRepository(Protocol):
 
     def segment(self, sha256: str) -> Segment | None: ...
 
+    def segments_at(self, vehicle_id: str, stamp_ns: int) -> tuple[Segment, ...]:
+        """Of any run of the vehicle, with this moment of its clock."""
+        ...
+
     def add_segment(self, segment: Segment) -> None: ...
 
 

@@ -10,6 +10,7 @@ from server.domain.record.audit import AuditAction, AuditEntry, Break, Caller, H
 from server.domain.record.events import RecordedEvent
 from server.domain.record.runs import Segment
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
+from server.usecases.record.runs import segment_with
 
 ENTRIES_AT_A_TIME = 1_000
 
@@ -67,12 +68,8 @@ def follow(uow: UnitOfWork, number: int) -> FollowedEntry:
     if command is None:
         return FollowedEntry(entry)
     answer = uow.events.answer_to_command(command.vehicle_id, command.command_id, command.made_at)
-    run = None if answer is None else uow.runs.get(answer.vehicle_id, answer.boot_id)
-    if answer is None or run is None:
-        return FollowedEntry(entry, command, answer)
-    stamp_ns = answer.stamp_ns
-    within = [one for one in run.segments if one.first_ns <= stamp_ns <= one.last_ns]
-    return FollowedEntry(entry, command, answer, within[0] if within else None)
+    segment = None if answer is None else segment_with(uow, answer)
+    return FollowedEntry(entry, command, answer, segment)
 
 
 def forget_old_addresses(uow: UnitOfWork) -> int:

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 
 from server.domain.errors import SegmentConflict, SegmentUnknown
 from server.domain.fleet.vehicles import Vehicle
+from server.domain.instants import ns_of
+from server.domain.record.events import RecordedEvent
 from server.domain.record.recordings import VehicleMoment
 from server.domain.record.runs import Run, Segment
 from server.usecases.ports import topics
@@ -46,11 +48,21 @@ def segment_of(uow: UnitOfWork, sha256: str) -> Segment:
     return segment
 
 
-def begin_run(uow: UnitOfWork, vehicle: Vehicle) -> None:
-    """Enter the run of the vehicle's present boot, once."""
-    if uow.runs.get(vehicle.vehicle_id, vehicle.boot_id) is None:
-        uow.runs.add(_run(uow, vehicle, vehicle.boot_id))
-        uow.publish(topics.runs(uow.campus_id), vehicle_id=vehicle.vehicle_id, boot_id=vehicle.boot_id)
+def begin_run(uow: UnitOfWork, vehicle: Vehicle, boot_id: str) -> None:
+    """Enter the run that the vehicle records now, once."""
+    if uow.runs.get(vehicle.vehicle_id, boot_id) is None:
+        uow.runs.add(_run(uow, vehicle, boot_id))
+        uow.publish(topics.runs(uow.campus_id), vehicle_id=vehicle.vehicle_id, boot_id=boot_id)
+
+
+def segment_with(uow: UnitOfWork, event: RecordedEvent) -> Segment | None:
+    """The segment that has the moment of a vehicle's event; None while it has not come.
+
+    An agent may number its events under another boot than it records. Its clock is one, and begins anew when
+    the computer starts: of several segments with that moment it is the one that came next to the event.
+    """
+    found = uow.runs.segments_at(event.vehicle_id, event.stamp_ns)
+    return min(found, key=lambda one: abs(ns_of(one.received_at) - event.received_ns), default=None)
 
 
 def _same_place(known: Segment, segment: Segment) -> bool:

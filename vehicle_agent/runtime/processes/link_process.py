@@ -160,8 +160,10 @@ class VehicleLink:
         """
         for entry in report.entries:
             if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
-                session, version = self._bridge.session, entry.header.map_version
-                session.identity = msgspec.structs.replace(session.identity, map_version=version)
+                session, header = self._bridge.session, entry.header
+                session.identity = msgspec.structs.replace(
+                    session.identity, map_version=header.map_version, run_boot_id=header.boot_id
+                )
                 if self._tick_boot_id:
                     self._client.reconnect()
                 self._tick_boot_id = entry.header.boot_id

@@ -3,8 +3,10 @@
 from datetime import timedelta
 
 import msgspec
+import pytest
 
 from contract.geometry import Pose2
+from server.api.replays.routes import Cuts
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.instants import ms_of
 from server.live.past import FleetPast, FleetPositions
@@ -75,3 +77,10 @@ def test_times_that_are_none_are_refused(server: ServerUnderTest) -> None:
     for wrong in ({"from_ms": -1}, {"from_ms": 1 << 60}, {"from_ms": 0, "seconds": 10**6}, {}):
         assert server.get("/replays/fleet", params=wrong).status_code == 422
     assert server.get("/replays/fleet", params={"from_ms": 1 << 43}).status_code == 200
+
+
+@pytest.mark.parametrize(("stored", "is_cut"), [(2, False), (3, False), (4, True)])
+def test_a_list_that_is_exactly_full_is_whole(stored: int, is_cut: bool) -> None:
+    cuts = Cuts()
+    assert len(cuts.of(range(stored), 3)) == min(stored, 3)
+    assert cuts.is_cut is is_cut

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from server.domain.errors import ForkImpossible, ForksBusy
+from server.domain.errors import ForkImpossible, ForksBusy, ForkStopped, ForkUnknown
 from server.domain.rides.rides import RideState
 from server.loops.forks import FORKS_MAX, InlineForks, ProcessForks
 from server.usecases.planning.forks import ForkInput, ForkResult, fork_input, run_fork
@@ -130,13 +130,46 @@ def test_a_child_process_gives_the_same_and_takes_only_so_many(
     async def compare() -> None:
         forks = ProcessForks()
         try:
-            here = await InlineForks().run(fork)
-            running = [asyncio.ensure_future(forks.run(fork)) for _ in range(FORKS_MAX)]
+            here = await InlineForks().run(fork, "")
+            running = [asyncio.ensure_future(forks.run(fork, "")) for _ in range(FORKS_MAX)]
             await asyncio.sleep(0)
             with pytest.raises(ForksBusy):
-                await forks.run(fork)
-            assert await asyncio.gather(*running) == [here] * FORKS_MAX
+                await forks.run(fork, "")
+            found = await asyncio.gather(*running)
+            assert [replace(one, computing_s=0.0) for one in found] == [here] * FORKS_MAX
+            assert min(one.computing_s for one in found) > 0.0
         finally:
             forks.close()
 
     asyncio.run(compare())
+
+
+def test_a_fork_is_stopped_while_it_waits_and_while_it_is_computed(drive: tuple[FakeFleet, datetime]) -> None:
+    fleet, moment = drive
+    fork = replace(forked(fleet, moment), policy="insertion")
+
+    async def stop() -> None:
+        forks = ProcessForks()
+        try:
+            first, second, third = (
+                asyncio.ensure_future(forks.run(fork, name)) for name in ("first", "second", "third")
+            )
+            await asyncio.sleep(0)
+            forks.stop("second")
+            forks.stop("first")
+            for one in (first, second):
+                with pytest.raises(ForkStopped):
+                    await one
+            with pytest.raises(ForkUnknown):
+                forks.stop("first")
+            assert (await third).rides, "those that wait have a child of their own"
+            again = asyncio.ensure_future(forks.run(fork, "again"))
+            await forks.computing.wait()
+            forks.stop("again")
+            with pytest.raises(ForkStopped):
+                await again
+            assert (await forks.run(fork, "")).rides
+        finally:
+            forks.close()
+
+    asyncio.run(stop())

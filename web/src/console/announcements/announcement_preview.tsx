@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
 import { api, resultOf } from "../../shared/api/client";
+import { idempotencyKey } from "../../shared/api/idempotency_key";
 import type { Problem } from "../../shared/api/problem";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { Dialog } from "../../shared/ui/dialog";
@@ -20,7 +21,7 @@ export function AnnouncementPreview({ body, onMade, onClose }: AnnouncementPrevi
   const is_sending = useSignal(false);
   const problem = useSignal<Problem | null>(null);
   // One wish: a second click, or one more try after a lost answer, announces nothing twice.
-  const key = useMemo(() => crypto.randomUUID(), [body]);
+  const key = useMemo(() => idempotencyKey(), [body]);
   const make = async () => {
     is_sending.value = true;
     const result = await resultOf(

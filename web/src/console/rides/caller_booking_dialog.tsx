@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
+import { idempotencyKey } from "../../shared/api/idempotency_key";
 import type { Problem } from "../../shared/api/problem";
 import { campus } from "../../shared/campus/campus";
 import { ProblemAlert } from "../../shared/ui/alerts";
@@ -27,7 +28,7 @@ export function CallerBookingDialog({ onClose }: { readonly onClose: () => void 
   const problem = useSignal<Problem | null>(null);
   const is_sending = useSignal(false);
   // One key for one wish: pressing twice, or again after a lost answer, books once.
-  const key = useSignal(crypto.randomUUID());
+  const key = useSignal(idempotencyKey());
   const stops = [
     ["", t.choose_stop] as const,
     ...(campus.value?.geometry.stops ?? []).map(
@@ -35,7 +36,7 @@ export function CallerBookingDialog({ onClose }: { readonly onClose: () => void 
     ),
   ];
   const changed = () => {
-    key.value = crypto.randomUUID();
+    key.value = idempotencyKey();
     answer.value = null;
   };
   const book = async (earliest: string | null = null) => {
@@ -57,7 +58,7 @@ export function CallerBookingDialog({ onClose }: { readonly onClose: () => void 
     problem.value = result.ok ? null : result.problem;
     if (!result.ok) return;
     answer.value = result.value;
-    key.value = crypto.randomUUID();
+    key.value = idempotencyKey();
     await rides.refresh();
   };
   const take = (alternative: Alternative) => {

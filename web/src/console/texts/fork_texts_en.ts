@@ -17,6 +17,8 @@ export const forkEn = {
   fork_hour_count: (hours: number) => (hours === 1 ? "hour" : `${hours} hours`),
   fork_from: (time: string) => `Compare from ${time} on`,
   fork_running: "Dispatching again. This takes seconds…",
+  fork_stop: "Stop",
+  fork_cost: (seconds: string) => `It took the server ${seconds} s of one processor.`,
   fork_of: (time: string, rides: number, placed: number) =>
     `From ${time} on. Rides: ${rides}. Shuttles that begin where they were: ${placed}.`,
   fork_as_planned:

@@ -15,6 +15,8 @@ export const forkZh: typeof forkEn = {
   fork_hour_count: (hours) => `之后 ${hours} 小时`,
   fork_from: (time) => `从 ${time} 起比较`,
   fork_running: "正在重新调度，需要数秒…",
+  fork_stop: "停止",
+  fork_cost: (seconds) => `服务器用一个处理器计算了 ${seconds} 秒。`,
   fork_of: (time, rides, placed) => `自 ${time}：${rides} 个行程，${placed} 辆车位于当时位置。`,
   fork_as_planned: "右侧两列均按计划进行：无交通影响，乘客不迟到。请将二者相互比较。",
   fork_then: "当时",

@@ -1,3 +1,4 @@
+import { idempotencyKey } from "../../shared/api/idempotency_key";
 import { batch, computed, signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
@@ -104,10 +105,4 @@ export async function bookRide(timezone: string): Promise<Result<Schemas["RideTi
   );
   if (result.ok) attempt = null;
   return result;
-}
-
-/** A random key. crypto.randomUUID is missing on origins that are not secure, such as a LAN address without TLS. */
-export function idempotencyKey(): string {
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -3,7 +3,8 @@ import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
 import type { Result } from "../../shared/api/problem";
 import { toLocalInput } from "../../shared/texts/times";
-import { destination, idempotencyKey, party, pickup, wheelchairs } from "./ride_request";
+import { idempotencyKey } from "../../shared/api/idempotency_key";
+import { destination, party, pickup, wheelchairs } from "./ride_request";
 
 export const isRecurring = signal(false);
 /** The days on which the ride is repeated; 0 is Monday. */

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import type { Problem } from "../../shared/api/problem";
-import { idempotencyKey } from "../booking/ride_request";
+import { idempotencyKey } from "../../shared/api/idempotency_key";
 
 const RETRY_MS = 4_000;
 const PREFIX = "campusloop.cancel.";

@@ -4,7 +4,7 @@ import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
 import { monotonic_ms } from "../../shared/live/clock";
 import { LiveLink } from "../../shared/live/live_link";
-import { idempotencyKey } from "../booking/ride_request";
+import { idempotencyKey } from "../../shared/api/idempotency_key";
 import { stored_at } from "../offline";
 import { deliverKept, PendingCancel } from "./pending_cancel";
 import { rideProgress } from "./ride_progress";

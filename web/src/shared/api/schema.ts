@@ -2254,6 +2254,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/replays/forks/{fork_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Stop Fork
+         * @description Give up a comparison that this server computes; whoever waits for it gets `fork_stopped`.
+         */
+        delete: operations["stop_fork"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/replays/fleet": {
         parameters: {
             query?: never;
@@ -4225,6 +4245,11 @@ export interface components {
              * @enum {string}
              */
             policy: "insertion" | "improvement" | "departure-slack" | "departure-slack-improvement";
+            /**
+             * Fork Id
+             * @description Chosen by the client; by it the fork can be stopped.
+             */
+            fork_id?: string | null;
         };
         /**
          * ForkView
@@ -4240,6 +4265,11 @@ export interface components {
             changed: components["schemas"]["ForkFigures"];
             /** Rides */
             rides: components["schemas"]["ForkedRideView"][];
+            /**
+             * Computing S
+             * @description What it took one processor of the server.
+             */
+            computing_s: number;
         };
         /**
          * ForkedRideView
@@ -17793,6 +17823,80 @@ export interface operations {
             };
             /** @description The body is larger than allowed. */
             413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_fork: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                fork_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };

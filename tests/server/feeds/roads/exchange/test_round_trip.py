@@ -16,6 +16,7 @@ from server.feeds.roads.lanes.curves import peak_curvature
 from tests.contract.roads.generated_maps import generated_map
 from tests.contract.roads.ring_map import ring_map
 from tests.server.feeds.roads.exchange.drawn import farthest_m, topology, with_drawn
+from tests.server.feeds.roads.osm_text import END_TAGS, ENDS, SQUARE, SQUARE_WAYS, osm_text
 from tests.server.feeds.roads.shipped import CAMPUS_MAP, SNOW_LION_MAP
 
 WITHIN_M = 0.05
@@ -112,3 +113,24 @@ def test_a_bound_never_folds_in_the_sharpest_bend() -> None:
     for lane_id, bounds in bounds_of(lanes, joints_of(lanes)).items():
         for side in (bounds.left, bounds.right):
             assert peak_curvature(side) < 4.0, lane_id
+
+
+@pytest.mark.parametrize("way", list(itertools.permutations(FORMATS)))
+def test_a_map_of_openstreetmap_goes_through_both_formats_and_comes_back(
+    tmp_path: Path, way: tuple[ExportFormat, ...]
+) -> None:
+    """OpenStreetMap to GeoJSON to Lanelet2, and the other way round: lanes, stops and tags are the same."""
+    path = tmp_path / "square.osm"
+    path.write_text(osm_text(SQUARE | ENDS, SQUARE_WAYS, END_TAGS))
+    first = import_map(path).map
+    drawn = first
+    for kind in way:
+        path = tmp_path / f"map.{kind}"
+        path.write_bytes(EXPORTS[kind](drawn))
+        drawn = import_map(path).map
+    assert farthest_m(first, drawn) <= WITHIN_M
+    assert topology(first) == topology(drawn)
+    assert drawn.stops == first.stops
+    assert [lane.scenario for lane in drawn.lanes] == [lane.scenario for lane in first.lanes]
+    assert problems(drawn) == problems(first)
+    assert drawn.map_version == first.map_version

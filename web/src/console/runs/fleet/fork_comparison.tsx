@@ -38,7 +38,8 @@ export function ForkComparison({ at_ms, fork }: ForkComparisonProps) {
   return (
     <>
       <p class="hint">
-        {t.fork_of(formatTimeWithSeconds(at_ms), rides.length, placed)} {t.fork_as_planned}
+        {t.fork_of(formatTimeWithSeconds(at_ms), rides.length, placed)} {t.fork_as_planned}{" "}
+        {t.fork_cost(fork.computing_s.toFixed(1))}
       </p>
       <div class="scroller">
         <table class="table compact">

@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import { useId } from "preact/hooks";
 import { api, resultOf, type Schemas } from "../../../shared/api/client";
+import { idempotencyKey } from "../../../shared/api/idempotency_key";
 import type { Problem } from "../../../shared/api/problem";
 import { Loading, ProblemAlert } from "../../../shared/ui/alerts";
 import { RoleGate } from "../../account/role_gate";
@@ -30,7 +31,8 @@ export function ForkPanel({ clock, end_ms }: ForkPanelProps) {
   const more = useSignal(1);
   const policy = useSignal<Policy>("improvement");
   const hours = useSignal(2);
-  const running = useSignal(false);
+  /** The name of the comparison under way, by which it can be stopped. */
+  const running = useSignal<string | null>(null);
   const problem = useSignal<Problem | null>(null);
   const fork = useSignal<{ readonly at_ms: number; readonly view: Schemas["ForkView"] } | null>(
     null,
@@ -40,7 +42,8 @@ export function ForkPanel({ clock, end_ms }: ForkPanelProps) {
     event.preventDefault();
     const at_ms = Math.floor(clock.at_ms.value);
     const seconds = Math.floor(Math.min(3600 * hours.value, (end_ms - at_ms) / 1000));
-    running.value = true;
+    const fork_id = `fork-${idempotencyKey()}`;
+    running.value = fork_id;
     problem.value = null;
     const result = await resultOf(
       api.POST("/api/v1/replays/forks", {
@@ -49,12 +52,19 @@ export function ForkPanel({ clock, end_ms }: ForkPanelProps) {
           seconds: Math.max(seconds, 60),
           more: more.value,
           policy: policy.value,
+          fork_id,
         },
       }),
     );
-    running.value = false;
+    running.value = null;
     if (result.ok) fork.value = { at_ms, view: result.value };
     else problem.value = result.problem;
+  };
+  const stop = async (fork_id: string) => {
+    const result = await resultOf(
+      api.DELETE("/api/v1/replays/forks/{fork_id}", { params: { path: { fork_id } } }),
+    );
+    if (!result.ok) problem.value = result.problem;
   };
   return (
     <section class="block" aria-label={t.fork}>
@@ -111,14 +121,25 @@ export function ForkPanel({ clock, end_ms }: ForkPanelProps) {
               ))}
             </select>
           </label>
-          <button class="button" disabled={running.value}>
+          <button class="button" disabled={running.value !== null}>
             {t.fork_from(formatTimeWithSeconds(clock.at_ms.value))}
           </button>
         </form>
       </RoleGate>
-      {running.value && <Loading text={t.fork_running} />}
+      {running.value !== null && (
+        <>
+          <Loading text={t.fork_running} />
+          <button
+            type="button"
+            class="button small"
+            onClick={() => void stop(running.peek() ?? "")}
+          >
+            {t.fork_stop}
+          </button>
+        </>
+      )}
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
-      {fork.value !== null && !running.value && (
+      {fork.value !== null && running.value === null && (
         <ForkComparison at_ms={fork.value.at_ms} fork={fork.value.view} />
       )}
     </section>
