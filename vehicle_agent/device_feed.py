@@ -200,6 +200,12 @@ class ScanRing:
             return None
         return points, intensities
 
+    def newest(self) -> ScanReady | None:
+        """The newest whole scan; None before the first. For readers that no datagram tells of scans."""
+        heads = [_SLOT_HEADER.unpack_from(self._map, slot * _SLOT_BYTES) for slot in range(SLOTS)]
+        number, stamp_ns, _ = max(heads)
+        return ScanReady(number, stamp_ns) if number >= 0 else None
+
     def _rows(self, offset: int, count: int) -> Array32:
         start = offset + _SLOT_HEADER.size
         flat: Array32 = np.frombuffer(

@@ -28,6 +28,7 @@ GROUPS = {
         Group("cloud_mapping", "workshop.cloud_mapping.warm:warm_kernels"),
         Group("gem", "vehicle_agent.stacks.warm:warm_gem"),
         Group("odometry", "vehicle_agent.localization.odometry.warm:warm_odometry"),
+        Group("scan_map", "vehicle_agent.localization.scan_map.warm:warm_scan_map"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),
         Group("bookings", "server.dispatch.warm:warm_bookings"),
@@ -41,11 +42,11 @@ WORKSHOP = ("laser_mapping",)
 CLOUD_MAPPING = ("odometry", "cloud_mapping")
 
 
-def for_vehicle(stack: str) -> tuple[str, ...]:
-    """The groups that an agent with this stack needs."""
-    return (stack, "gate")
+def for_vehicle(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:
+    """The groups that an agent with this stack needs. by_scans: with a point map."""
+    return (stack, "gate", "scan_map") if by_scans else (stack, "gate")
 
 
-def for_campus(stack: str) -> tuple[str, ...]:
+def for_campus(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:
     """The groups that a server, a simulator and agents with this stack need."""
-    return (*SERVER, *SIMULATOR, *for_vehicle(stack))
+    return (*SERVER, *SIMULATOR, *for_vehicle(stack, by_scans=by_scans))

@@ -78,6 +78,7 @@ class CampusOptions:
     spans    of rides; None: they are not traced
     plant_seed  of the shuttles' dynamics; None: nominal ones
     scene    hills, kerbs, trees and parked vehicles, and lidars that see them; None: walls on a plane
+    point_map  the folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
     """
 
     road_map: RoadMap
@@ -93,6 +94,7 @@ class CampusOptions:
     spans: Spans | None = None
     plant_seed: int | None = None
     scene: SceneOptions | None = None
+    point_map: Path | None = None
 
 
 class VirtualClock:
@@ -298,6 +300,7 @@ class VirtualCampus:
                     options.folder / vehicle_id,
                     begins_ns,
                     options.spans,
+                    options.point_map,
                 ),
                 world,
                 self.network.dialler(vehicle_id),

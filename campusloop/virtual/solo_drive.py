@@ -13,6 +13,7 @@ from contract.roads.network import RoadNetwork
 from contract.roads.routing import find_route, route_line
 from contract.wire.messages import Order, Visit, VisitKind
 from simulator.riders import NoPhones
+from simulator.sensors.scene_lidars import SceneOptions
 from simulator.start_places import start_poses
 from simulator.traffic.population import TrafficParams
 from simulator.world import SimWorld, WorldOptions
@@ -58,15 +59,17 @@ class SoloDrive:
         traffic: TrafficParams | None = None,
         start_ns: int = START_NS,
         profile: Profile | None = None,
+        scene: SceneOptions | None = None,
+        point_map: Path | None = None,
     ) -> None:
-        """profile: the campus shuttle by default."""
+        """profile: the campus shuttle by default; scene, point_map: as for a campus (`CampusOptions`)."""
         profile = profile or Profile()
         if not lidar:
             profile = msgspec.structs.replace(profile, lidar=LidarMount(rate_hz=0.0))
         poses = start_poses(road_map, (VEHICLE_ID,))
-        options = WorldOptions(traffic=traffic, lidar=lidar)
+        options = WorldOptions(traffic=traffic, lidar=lidar, scene=scene)
         self.world = SimWorld(road_map, {VEHICLE_ID: profile}, poses, seed, NoPhones(), options)
-        setup = VirtualVehicleSetup(VEHICLE_ID, profile, road_map, folder, 0)
+        setup = VirtualVehicleSetup(VEHICLE_ID, profile, road_map, folder, 0, point_map=point_map)
         self.vehicle = VirtualVehicle(setup, self.world, lambda: None)
         self.now_ns = start_ns
         self.vehicle.boot(start_ns)

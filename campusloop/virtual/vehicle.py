@@ -18,6 +18,7 @@ from vehicle_agent.config import Profile
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.keys import load_or_create_key, signature_text
 from vehicle_agent.link.session import Identity
+from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
@@ -37,6 +38,7 @@ class VirtualVehicleSetup:
     """folder: the vehicle's disk. utc_offset_ns: UTC minus the virtual clock.
 
     spans  of the rides that it serves; None: they are not traced
+    point_map  the folder of the map that its scans are compared with; None: GNSS/INS alone
     """
 
     vehicle_id: str
@@ -45,6 +47,7 @@ class VirtualVehicleSetup:
     folder: Path
     utc_offset_ns: int
     spans: Spans | None = None
+    point_map: Path | None = None
 
 
 class VirtualVehicle:
@@ -64,7 +67,11 @@ class VirtualVehicle:
         self._profile_bytes = msgspec.msgpack.encode(setup.profile)
         # Not of the vehicle's key, which is another one in every run: a seed repeats the run log.
         mask = CodeMask(setup.vehicle_id.encode())
-        self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world, mask)
+        point_map = setup.point_map
+        self._localization_map = (
+            "" if point_map is None else checked_index(point_map, setup.road_map.origin).map_version
+        )
+        self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world, mask, point_map)
         self._line_id = -1
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []
@@ -93,7 +100,7 @@ class VirtualVehicle:
             order_progress(memory),
             sync=False,
         )
-        car = self.times.timed(build_car(setup.profile, setup.road_map))
+        car = self.times.timed(build_car(setup.profile, setup.road_map, self._localization_map))
         state = msgspec.structs.replace(initial_state(car), mission=car.mission.initial(memory))
         header = RunHeader(
             setup.vehicle_id,
@@ -105,6 +112,7 @@ class VirtualVehicle:
             SOFTWARE,
             setup.utc_offset_ns,
             0,
+            localization_map=self._localization_map,
         )
         recorder = Recorder(header, setup.profile.body, setup.road_map.observation_areas)
         self.wired.boot(VehicleComputer(car, state, recorder, setup.utc_offset_ns))

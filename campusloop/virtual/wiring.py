@@ -1,6 +1,6 @@
 """A vehicle's computer and gate wired to the simulated vehicle: 20 ms from the bus to the bus.
 
-The module's reports -> gate -> inbox -> tick -> gate -> the bus. The worker's result for a scan and the
+The module's reports -> gate -> inbox -> tick -> gate -> the bus. The workers' results for a scan and the
 planner's answer to a job arrive after the time that they would take. The composition of a drive puts the rest
 into the inbox: messages of a link, an operator or cameras.
 """
@@ -8,6 +8,7 @@ into the inbox: messages of a link, an operator or cameras.
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -18,6 +19,7 @@ from simulator.world import SimWorld
 from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.gate import Gate, gate_of
+from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
@@ -25,19 +27,26 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.signals import (
     CanFrame,
     InboxBody,
+    LocalizationJob,
     ObstaclePercept,
     Outputs,
     PlanAnswer,
     PlanJob,
+    ScanAnswer,
     TrackPercept,
 )
-from vehicle_agent.stacks.choice import Planner, build_planner
+from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
+from vehicle_agent.stacks.choice import Planner, build_localization_worker, build_planner
 from vehicle_agent.stacks.rooms import height_map
 
 # The worker's time for one scan, with the transport there and back.
 PERCEPT_DELAY_NS = 2 * STEP_NS
 # The motion planner's time for one job, with the transport there and back.
 PLAN_DELAY_NS = 2 * STEP_NS
+# The localization worker's time for one scan, and for one while the vehicle is lost, with the transport there
+# and back. Scans that come meanwhile are skipped.
+LOCALIZATION_DELAY_NS = 4 * STEP_NS
+SEARCH_DELAY_NS = 20 * STEP_NS
 
 # Changes a value on its way from a device or worker; None: the value is lost.
 InputFilter = Callable[[InboxBody], InboxBody | None]
@@ -88,6 +97,47 @@ class WiredGate:
             self.inbox.put(now_ns, "can", frame)
 
 
+class WiredLocalization:
+    """The localization worker beside the tick: scans and jobs in, answers when they are due.
+
+    cpu_ms  of each scan so far
+    """
+
+    def __init__(self, worker: LocalizationWorker) -> None:
+        self._worker = worker
+        self._scan: PointCloud | None = None
+        self._due: deque[tuple[int, ScanAnswer]] = deque()
+        self._busy_until_ns = 0
+        self.cpu_ms: list[float] = []
+
+    def see(self, points_base: np.ndarray, stamp_ns: int) -> None:
+        self._scan = point_cloud(stamp_ns, points_base)
+
+    def due(self, now_ns: int) -> list[ScanAnswer]:
+        """The answers that have arrived."""
+        found = []
+        while self._due and self._due[0][0] <= now_ns:
+            found.append(self._due.popleft()[1])
+        return found
+
+    def step(self, jobs: tuple[LocalizationJob, ...], now_ns: int) -> None:
+        """Take a tick's jobs, and work on the newest scan if the last one is done."""
+        for job in jobs:
+            self._worker.take(job)
+        scan = self._scan
+        if scan is None or now_ns < self._busy_until_ns or not self._worker.is_ready(scan.stamp_ns):
+            return
+        self._scan = None
+        begun_s = time.process_time()
+        answer = self._worker.answer(scan)
+        self.cpu_ms.append(1e3 * (time.process_time() - begun_s))
+        self._busy_until_ns = now_ns + (
+            SEARCH_DELAY_NS if jobs and jobs[-1].is_lost else LOCALIZATION_DELAY_NS
+        )
+        if answer is not None:
+            self._due.append((self._busy_until_ns, answer))
+
+
 class WiredVehicle:
     """Call `boot` with a computer, then `step` repeatedly; `crash` ends the computer.
 
@@ -97,6 +147,7 @@ class WiredVehicle:
     sent_frames  that the gate passed in the last step
     tick_wall_ns, tick_cpu_s  the last tick's times
     plan_cpu_ms  CPU of each motion plan so far
+    localization  the worker of a vehicle with a point map
     """
 
     def __init__(
@@ -106,13 +157,17 @@ class WiredVehicle:
         road_map: RoadMap,
         world: SimWorld,
         mask: CodeMask | None = None,
+        point_map: Path | None = None,
     ) -> None:
+        """point_map: the folder of the map that scans are compared with. Raises PointMapError."""
         self._vehicle_id, self._world = vehicle_id, world
+        self._profile, self._point_map = profile, point_map
         self._bus = WiredGate(vehicle_id, profile, world, mask)
         self._height_map: HeightMap = height_map(profile)
         self.planner: Planner | None = build_planner(profile, road_map)
         self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
+        self.localization: WiredLocalization | None = self._new_localization()
         self.computer: VehicleComputer | None = None
         self.tick_wall_ns, self.tick_cpu_s = 0, 0.0
         self.plan_cpu_ms: list[float] = []
@@ -132,6 +187,7 @@ class WiredVehicle:
         """Start everything onboard in its initial state, except the computer."""
         self._bus.restart_gate()
         self._bus.restart_inbox()
+        self.localization = self._new_localization()
         self.computer = computer
 
     def crash(self) -> None:
@@ -139,6 +195,11 @@ class WiredVehicle:
         self.computer = None
         self._percepts.clear()
         self._plans.clear()
+
+    def _new_localization(self) -> WiredLocalization | None:
+        if self._point_map is None:
+            return None
+        return WiredLocalization(build_localization_worker(self._profile, self._point_map))
 
     def step(
         self, now_ns: int, input_filter: InputFilter = unchanged, plan_late_ns: int = 0
@@ -159,12 +220,18 @@ class WiredVehicle:
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
+            if self.localization is not None:
+                self.localization.see(scan[0], now_ns)
         while self._percepts and self._percepts[0][0] <= now_ns:
             self._deliver("worker", self._percepts.popleft()[1], now_ns, input_filter)
         while self._plans and self._plans[0][0] <= now_ns:
             self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
+        for answer in () if self.localization is None else self.localization.due(now_ns):
+            self._deliver("localization", answer, now_ns, input_filter)
         outputs = self._tick(self.computer, now_ns)
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
+        if self.localization is not None:
+            self.localization.step(outputs.localization_jobs, now_ns)
         self.gate.take_commands(outputs.frames, now_ns)
         self.sent_frames = len(self._bus.send(now_ns, now_ns))
         world.show(vehicle_id, outputs.hmi, now_ns)

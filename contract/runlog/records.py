@@ -37,6 +37,7 @@ class RunHeader(msgspec.Struct, frozen=True):
     utc_offset_ns   UTC minus the vehicle's monotonic clock, as known when the segment began; log times are
                     stamp_ns + utc_offset_ns
     head_sha256     over the attachments; the writer fills it in
+    localization_map  version of the map that scans were compared with, "" for none
     """
 
     vehicle_id: str
@@ -50,6 +51,7 @@ class RunHeader(msgspec.Struct, frozen=True):
     first_tick: int
     version: int = RUNLOG_VERSION
     head_sha256: str = ""
+    localization_map: str = ""
 
 
 def head_digest(attachments: Iterable[bytes]) -> str:

@@ -31,7 +31,7 @@ from vehicle_agent.localization.odometry_ekf import (
     propagate_pose,
     restart_offset,
 )
-from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, VehicleMotion
+from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, LocalizationJob, Navigation, VehicleMotion
 from vehicle_agent.signals.pose_history import PoseHistory, pose_at
 
 _NO_POSE = Pose2(0.0, 0.0, 0.0)
@@ -130,13 +130,14 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
         self,
         state: LocalizationState,
         motion: VehicleMotion,
-        navigation: tuple[GnssFix | ImuSample, ...],
+        navigation: tuple[Navigation, ...],
         now_ns: int,
     ) -> tuple[Ego, LocalizationState]:
         """The vehicle at `now_ns`. A late fix is compared with where the vehicle was at its stamp."""
         fixes = [item for item in navigation if isinstance(item, GnssFix) and _is_finite(item)]
         samples = [item for item in navigation if isinstance(item, ImuSample) and _is_finite(item)]
-        if len(fixes) + len(samples) < len(navigation):
+        measured = sum(isinstance(item, GnssFix | ImuSample) for item in navigation)
+        if len(fixes) + len(samples) < measured:
             # A value that is not finite would stay in the pose for ever.
             state = msgspec.structs.replace(state, invalid_ns=now_ns)
         state = self._with_inertial(state, samples, fixes)
@@ -149,6 +150,10 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
         for fix in fixes:
             state = self._with_fix(state, fix)
         return self._ego(state, motion), state
+
+    def jobs(self, state: LocalizationState) -> tuple[LocalizationJob, ...]:
+        """None: it asks no worker."""
+        return ()
 
     def _with_inertial(
         self, state: LocalizationState, samples: list[ImuSample], fixes: list[GnssFix]

@@ -17,13 +17,13 @@ from vehicle_agent.signals import (
     ControlCommand,
     Detections,
     Ego,
-    GnssFix,
     GuardStatus,
     HmiOutput,
-    ImuSample,
     Infrastructure,
     LinkState,
+    LocalizationJob,
     MissionMessage,
+    Navigation,
     Path,
     Percept,
     PlanAnswer,
@@ -50,8 +50,11 @@ class Can(Protocol[State]):
 class Localization(Protocol[State]):
     def initial(self) -> State: ...
     def step(
-        self, state: State, motion: VehicleMotion, navigation: tuple[GnssFix | ImuSample, ...], now_ns: int
+        self, state: State, motion: VehicleMotion, navigation: tuple[Navigation, ...], now_ns: int
     ) -> tuple[Ego, State]: ...
+    def jobs(self, state: State) -> tuple[LocalizationJob, ...]:
+        """Jobs for the localization worker, of the step that returned this state."""
+        ...
 
 
 class Perception(Protocol[State]):

@@ -31,5 +31,5 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     events = car.mission.events(mis) + car.guard.events(grd)
     report = status(now, ego, motion, task, path, guard_status, hmi_output)
     flow = Flow(motion, ego, detections, world, task, path, command, actuation, guard_status, hmi_output)
-    jobs = car.planning.jobs(pln)
-    return new, Outputs(frames, hmi_output, events, car.mission.answers(mis), report, flow, jobs)
+    answers, jobs, asked = car.mission.answers(mis), car.planning.jobs(pln), car.localization.jobs(loc)
+    return new, Outputs(frames, hmi_output, events, answers, report, flow, jobs, asked)

@@ -21,6 +21,8 @@ from vehicle_agent.signals import (
     ObstaclePercept,
     PedestrianPresence,
     PlanAnswer,
+    ScanPose,
+    ScanUnplaced,
     SeatButton,
     SeatSensor,
     TrackPercept,
@@ -83,7 +85,9 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
     return Inputs(
         stamp_ns=stamp_ns,
         frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
-        navigation=tuple(body for body in bodies if isinstance(body, GnssFix | ImuSample)),
+        navigation=tuple(
+            body for body in bodies if isinstance(body, GnssFix | ImuSample | ScanPose | ScanUnplaced)
+        ),
         percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept)),
         plans=tuple(body for body in bodies if isinstance(body, PlanAnswer)),
         infrastructure=tuple(body for body in bodies if isinstance(body, FleetVehicle | PedestrianPresence)),

@@ -34,7 +34,7 @@ ROOM_OF = {
     "answers": "mission",
 }
 
-BuildCar = Callable[[Profile, RoadMap], Car]
+BuildCar = Callable[[Profile, RoadMap, str], Car]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ def _computer_at_start(path: Path, build_car: BuildCar, profile: Profile | None)
     segment = open_segment(path)
     if profile is None:
         profile = msgspec.msgpack.decode(segment.profile, type=Profile)
-    car = build_car(profile, decode_map(segment.road_map))
+    car = build_car(profile, decode_map(segment.road_map), segment.header.localization_map)
     try:
         return VehicleComputer(car, decode_state(segment.state, car))
     except msgspec.DecodeError as error:

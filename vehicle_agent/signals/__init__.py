@@ -6,6 +6,7 @@ that it has handed on.
 
 In flow order: `arriving` and `inbox` (inputs), `vehicle` and `surroundings` (state estimates), `plans`
 (task and motion), `acting` (commands and displays), `outputs` (the whole tick).
+`localizing` is what the tick asks of a worker.
 """
 
 from contract.wire.messages import Headlights, TurnSignal
@@ -37,6 +38,7 @@ from vehicle_agent.signals.arriving import (
     ObstaclePercept,
     PedestrianPresence,
     ScanPose,
+    ScanUnplaced,
     SeatButton,
     SeatSensor,
     TrackPercept,
@@ -49,8 +51,11 @@ from vehicle_agent.signals.inbox import (
     Inputs,
     LinkMessage,
     MissionMessage,
+    Navigation,
     Percept,
+    ScanAnswer,
 )
+from vehicle_agent.signals.localizing import LocalizationJob
 from vehicle_agent.signals.outputs import Flow, Outputs
 from vehicle_agent.signals.plans import (
     UNBOUNDED_CM,
@@ -127,7 +132,9 @@ __all__ = [
     "LeadVehicle",
     "LinkMessage",
     "LinkState",
+    "LocalizationJob",
     "MissionMessage",
+    "Navigation",
     "ObstaclePercept",
     "Outputs",
     "Path",
@@ -140,7 +147,9 @@ __all__ = [
     "PlanMemory",
     "Predictions",
     "ReportedGear",
+    "ScanAnswer",
     "ScanPose",
+    "ScanUnplaced",
     "SeatButton",
     "SeatSensor",
     "Task",

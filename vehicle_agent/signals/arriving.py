@@ -1,5 +1,7 @@
 """What comes in from devices, workers, riders, the link and infrastructure."""
 
+from typing import Literal
+
 import msgspec
 import numpy as np
 
@@ -53,6 +55,16 @@ class ScanPose(msgspec.Struct, frozen=True, tag="scan_pose"):
     agreement: float
     points_up: int
     is_searched: bool = False
+
+
+class ScanUnplaced(msgspec.Struct, frozen=True, tag="scan_unplaced"):
+    """A lidar scan that says nothing of the vehicle's place, from a worker.
+
+    reason  "no_map": the map has nothing around the vehicle; "too_little": the scan shows too little
+    """
+
+    stamp_ns: int
+    reason: Literal["no_map", "too_little"]
 
 
 class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):

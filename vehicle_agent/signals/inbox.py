@@ -15,12 +15,17 @@ from vehicle_agent.signals.arriving import (
     LinkState,
     ObstaclePercept,
     PedestrianPresence,
+    ScanPose,
+    ScanUnplaced,
     SeatButton,
     SeatSensor,
     TrackPercept,
 )
 from vehicle_agent.signals.plans import PlanAnswer
 
+# What the localization worker answers.
+ScanAnswer = ScanPose | ScanUnplaced
+Navigation = GnssFix | ImuSample | ScanPose | ScanUnplaced
 MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link delivers to the tick.
@@ -31,6 +36,8 @@ InboxBody = (
     CanFrame
     | GnssFix
     | ImuSample
+    | ScanPose
+    | ScanUnplaced
     | ObstaclePercept
     | TrackPercept
     | PlanAnswer
@@ -64,7 +71,7 @@ class Inputs(msgspec.Struct, frozen=True):
 
     stamp_ns: int
     frames: tuple[CanFrame, ...] = ()
-    navigation: tuple[GnssFix | ImuSample, ...] = ()
+    navigation: tuple[Navigation, ...] = ()
     percepts: tuple[Percept, ...] = ()
     plans: tuple[PlanAnswer, ...] = ()
     infrastructure: tuple[Infrastructure, ...] = ()

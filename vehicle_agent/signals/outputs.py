@@ -5,6 +5,7 @@ import msgspec
 from contract.wire.messages import OrderAccepted, OrderRejected, Status, VehicleEvent
 from vehicle_agent.signals.acting import Actuation, ControlCommand, GuardStatus, HmiOutput
 from vehicle_agent.signals.arriving import CanFrame
+from vehicle_agent.signals.localizing import LocalizationJob
 from vehicle_agent.signals.plans import Path, PlanJob, Task
 from vehicle_agent.signals.surroundings import Detections, World
 from vehicle_agent.signals.vehicle import Ego, VehicleMotion
@@ -28,7 +29,7 @@ class Flow(msgspec.Struct, frozen=True):
 class Outputs(msgspec.Struct, frozen=True):
     """All effects of one tick outside the tick.
 
-    jobs  for the workers; each answer is an item of a later tick's inbox
+    jobs, localization_jobs  for the workers; each answer is an item of a later tick's inbox
     """
 
     frames: tuple[CanFrame, ...]
@@ -38,3 +39,4 @@ class Outputs(msgspec.Struct, frozen=True):
     report: Status
     flow: Flow
     jobs: tuple[PlanJob, ...] = ()
+    localization_jobs: tuple[LocalizationJob, ...] = ()

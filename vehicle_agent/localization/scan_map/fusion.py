@@ -13,11 +13,17 @@ from contract.geometry import Array, Pose2, compose, inverse, wrap_angle
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization, LocalizationState
 from vehicle_agent.localization.odometry_ekf import YAW, X, Y, correct_pose
 from vehicle_agent.localization.scan_map.localizer import ScanPrior
-from vehicle_agent.signals import Ego, Fault, GnssFix, ImuSample, VehicleMotion
-from vehicle_agent.signals.arriving import ScanPose
+from vehicle_agent.signals import (
+    Ego,
+    Fault,
+    GnssFix,
+    ImuSample,
+    LocalizationJob,
+    Navigation,
+    ScanPose,
+    VehicleMotion,
+)
 from vehicle_agent.signals.pose_history import pose_at
-
-Navigation = tuple[GnssFix | ImuSample | ScanPose, ...]
 
 
 class ScanMapState(msgspec.Struct, frozen=True):
@@ -83,10 +89,10 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         return ScanMapState(self.gnss.initial())
 
     def step(
-        self, state: ScanMapState, motion: VehicleMotion, navigation: Navigation, now_ns: int
+        self, state: ScanMapState, motion: VehicleMotion, navigation: tuple[Navigation, ...], now_ns: int
     ) -> tuple[Ego, ScanMapState]:
         """The vehicle at `now_ns`; scans are compared with where it was at their stamps."""
-        others = tuple(item for item in navigation if not isinstance(item, ScanPose))
+        others = tuple(item for item in navigation if isinstance(item, GnssFix | ImuSample))
         before = state.filter
         ego, inner = self.gnss.step(before, motion, others, now_ns)
         moved_m = _moved_m(before, inner)
@@ -95,6 +101,19 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         for scan in scans:
             state = self._with_scan(state, scan)
         return self._ego(state, motion, ego, has_scans=bool(scans)), state
+
+    def jobs(self, state: ScanMapState) -> tuple[LocalizationJob, ...]:
+        """One in each tick that knows a pose; the worker takes what it needs."""
+        inner = state.filter
+        if inner.fix_stamp_ns == 0:
+            return ()
+        entries = np.ix_([X, Y, YAW], [X, Y, YAW])
+        speed_mps = inner.speed_mps if math.isfinite(inner.speed_mps) else 0.0
+        job = LocalizationJob(
+            inner.stamp_ns, inner.pose_map, inner.odometry, inner.covariance[entries].copy(), speed_mps,
+            inner.yaw_rate_radps, self.is_lost(state),
+        )  # fmt: skip
+        return (job,)
 
     def prior(self, state: ScanMapState, stamp_ns: int) -> ScanPrior | None:
         """What the worker begins with at a scan's stamp; None: no pose yet, or a stamp of long ago."""

@@ -92,6 +92,11 @@ class ScanLocalizer:
         self._lean: Array = np.eye(3)
         self._height_m: float | None = None
 
+    @property
+    def has_map(self) -> bool:
+        """Whether the map had anything around the last scan."""
+        return self._index.count > 0
+
     def step(self, cloud: PointCloud, prior: ScanPrior) -> ScanPose | None:
         """Where the vehicle was at the scan's stamp. None: no map here, or a scan that says too little."""
         pose, params = prior.pose_map, self.params

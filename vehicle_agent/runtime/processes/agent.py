@@ -8,7 +8,6 @@ import asyncio
 import signal
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -21,8 +20,10 @@ from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors
 from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
+from vehicle_agent.localization.scan_map.stored_map import is_of_place
+from vehicle_agent.localization.scan_map.warm import warm_scan_map
 from vehicle_agent.mission.memory import MissionMemory, order_progress
-from vehicle_agent.onboard.car import initial_state
+from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceProcess
@@ -31,6 +32,7 @@ from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCa
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
 from vehicle_agent.runtime.processes.gate_process import GateProcess
 from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
+from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
@@ -42,7 +44,7 @@ from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
 from vehicle_agent.signals import HmiOutput
-from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_planner
+from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_localization_worker, build_planner
 from vehicle_agent.stacks.rooms import height_map
 from vehicle_agent.stacks.warm import warm_tick
 
@@ -66,13 +68,19 @@ class AgentPlace:
 def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
     """The processes of these vehicles, in starting order: the gates come first.
 
-    A vehicle whose stack plans beside the tick has its own planner.
+    A vehicle whose stack plans beside the tick has its own planner, and one with a point map its own
+    localization worker.
     """
     names = [AgentFolder(place.folder).vehicle().vehicle_id for place in places]
     planners = [
         Job(f"planner {name}", run_planner, (place,))
         for name, place in zip(names, places, strict=True)
         if AgentFolder(place.folder).profile().stack in PLANNING_STACKS
+    ]
+    localizers = [
+        Job(f"localization {name}", run_localization, (place,))
+        for name, place in zip(names, places, strict=True)
+        if AgentFolder(place.folder).point_map.exists()
     ]
     gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
     ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
@@ -93,6 +101,7 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
         *hmi_jobs,
         *screens,
         *planners,
+        *localizers,
         *ticks,
     ]
 
@@ -110,6 +119,14 @@ def run_planner(place: AgentPlace) -> None:
     assert planner is not None, "only stacks that plan beside the tick have this process"
     with closing(place.clock.open(f"planner {files.vehicle().vehicle_id}")) as clock:
         PlannerProcess(place.mail, planner, clock).run()
+
+
+def run_localization(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    vehicle = files.vehicle()
+    worker = build_localization_worker(files.profile(), files.point_map)
+    with closing(place.clock.open(f"localization {vehicle.vehicle_id}")) as clock:
+        LocalizationProcess(place.mail, Path(vehicle.scan_ring), worker, clock).run(warm_scan_map)
 
 
 def run_hmi_devices(place: AgentPlace) -> None:
@@ -170,7 +187,16 @@ def run_tick(place: AgentPlace) -> None:
     """Runs the tick from a new boot: mission memory from disk, all other states initial."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
-    car = build_car(profile, road_map)
+    point_map = files.checked_point_map()
+
+    def localization_map(road_map: RoadMap) -> str:
+        """The version of the point map, if it lies in the road map's frame."""
+        return point_map.map_version if point_map and is_of_place(point_map, road_map.origin) else ""
+
+    def rooms_on(road_map: RoadMap) -> Car:
+        return build_car(profile, road_map, localization_map(road_map))
+
+    car = rooms_on(road_map)
     warm_tick(profile)
     state = initial_state(car)
     state = msgspec.structs.replace(state, mission=car.mission.initial(mission_memory(files)))
@@ -189,11 +215,12 @@ def run_tick(place: AgentPlace) -> None:
             software=SOFTWARE,
             utc_offset_ns=offset_ns,
             first_tick=0,
+            localization_map=localization_map(road_map),
         )
         return Recorder(header, profile.body, road_map.observation_areas)
 
     computer = VehicleComputer(car, state, begin_run(road_map), offset_ns, TickStopwatch())
-    maps = MapSwitch(files, partial(build_car, profile), begin_run)
+    maps = MapSwitch(files, rooms_on, begin_run)
     outputs_port = DatagramPort()
     hmi_devices = files.hmi_devices()
     ports = (vehicle.hmi_port,) if hmi_devices is None else (vehicle.hmi_port, hmi_devices.port)

@@ -6,6 +6,7 @@ map.json          the campus map; map-VERSION.json one that was published, until
 speaking.toml     screens and loudspeaker, if this computer drives them (see `hmi_devices`)
 screen.toml       the onboard screen for passengers, if this computer serves one (see `screen_settings`)
 key.pem           the vehicle's key
+point-map/        the map that scans are compared with, if the vehicle has one
 boot.count, link.count  numbers of starts of the tick and of the link
 outbox/           events and mission memory
 runs/BOOT/        run-log segments
@@ -18,10 +19,12 @@ from pathlib import Path
 import msgspec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
+from contract.point_map.map_files import INDEX, PointMapIndex
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
+from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 
@@ -61,6 +64,7 @@ class AgentFolder:
         self.root = root
         self.outbox = root / "outbox"
         self.runs = root / "runs"
+        self.point_map = root / "point-map"
 
     def vehicle(self) -> VehicleFile:
         path = self.root / "vehicle.toml"
@@ -86,7 +90,7 @@ class AgentFolder:
         (self.root / name).write_text("\n".join(lines) + "\n")
 
     def prepare(self, vehicle: VehicleFile, campus_map: Path, profile: Path | None) -> None:
-        """Writes everything that an agent needs except its key."""
+        """Writes everything that an agent needs except its key and a point map."""
         self.save_vehicle(vehicle)
         shutil.copyfile(campus_map, self.root / "map.json")
         if profile is not None:
@@ -111,6 +115,35 @@ class AgentFolder:
     def map_bytes(self) -> bytes:
         """The campus map as it lies on the disk. Raises OSError."""
         return (self.root / "map.json").read_bytes()
+
+    def install_point_map(self, source: Path) -> PointMapIndex:
+        """Copies a point map beside the campus map, which is there; the one before is replaced as a whole.
+
+        Raises PointMapError for a damaged map and for one of another place, OSError.
+        """
+        index = checked_index(source, self.road_map().origin)
+        fresh, old = self.root / ".point-map.new", self.root / ".point-map.old"
+        for folder in (fresh, old):
+            shutil.rmtree(folder, ignore_errors=True)
+        fresh.mkdir(parents=True)
+        shutil.copyfile(source / INDEX, fresh / INDEX)
+        for entry in index.tiles:
+            (fresh / entry.file).parent.mkdir(exist_ok=True)
+            shutil.copyfile(source / entry.file, fresh / entry.file)
+        if self.point_map.exists():
+            self.point_map.rename(old)
+        fresh.rename(self.point_map)
+        shutil.rmtree(old, ignore_errors=True)
+        return index
+
+    def checked_point_map(self) -> PointMapIndex | None:
+        """The index of the point map with every tile checked; None for a vehicle that has none.
+
+        Raises PointMapError, MapError.
+        """
+        if not self.point_map.exists():
+            return None
+        return checked_index(self.point_map, self.road_map().origin)
 
     def save_next_map(self, map_version: str, data: bytes) -> None:
         """Writes a checked map beside the present one; others that wait there are gone.

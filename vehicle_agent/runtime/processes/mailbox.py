@@ -18,7 +18,7 @@ from contract.wire.maps import MapFailure
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
-from vehicle_agent.signals import CanFrame, InboxBody, PlanJob
+from vehicle_agent.signals import CanFrame, InboxBody, LocalizationJob, PlanJob
 
 DATAGRAM_BYTES_MAX = 200_000
 BUFFER_BYTES = 4 * 1024 * 1024
@@ -61,6 +61,12 @@ class PlannerJobs(msgspec.Struct, frozen=True, tag="work"):
     jobs: tuple[PlanJob, ...]
 
 
+class LocalizationJobs(msgspec.Struct, frozen=True, tag="localization"):
+    """To the localization worker: one tick's jobs."""
+
+    jobs: tuple[LocalizationJob, ...]
+
+
 class TracedSpans(msgspec.Struct, frozen=True, tag="spans"):
     """To the link, which sends them: tick and gate have no time for that."""
 
@@ -87,7 +93,17 @@ class MapAnswer(msgspec.Struct, frozen=True, tag="map_answer"):
     detail: str = ""
 
 
-Mail = Deliveries | Commands | TickReport | PlannerJobs | TracedSpans | CabinUpdate | MapOffer | MapAnswer
+Mail = (
+    Deliveries
+    | Commands
+    | TickReport
+    | PlannerJobs
+    | LocalizationJobs
+    | TracedSpans
+    | CabinUpdate
+    | MapOffer
+    | MapAnswer
+)
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
 _decoder: msgspec.msgpack.Decoder[Mail] = msgspec.msgpack.Decoder(Mail, dec_hook=dec_hook)

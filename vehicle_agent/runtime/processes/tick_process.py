@@ -26,6 +26,7 @@ from vehicle_agent.runtime.processes.mailbox import (
     CabinUpdate,
     Commands,
     Deliveries,
+    LocalizationJobs,
     Mail,
     Mailbox,
     MailedSpans,
@@ -184,6 +185,8 @@ class TickProcess:
         self._mailbox.post(self._mail / "gate", Commands(outputs.frames, self._moved(outputs, now_ns)))
         if outputs.jobs:
             self._mailbox.post(self._mail / "planner", PlannerJobs(outputs.jobs))
+        if outputs.localization_jobs:
+            self._mailbox.post(self._mail / "localization", LocalizationJobs(outputs.localization_jobs))
         if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
             self._shown, self._shown_ns = outputs.hmi, now_ns
             self._show(outputs.hmi)

@@ -1,0 +1,97 @@
+"""The localization worker as a process: scans and the tick's jobs in, places on the map out, for one vehicle.
+
+The tick's jobs wake it, 50 times a second. It then looks for a new scan in the scan ring: the driver tells
+the perception worker alone of scans.
+"""
+
+import gc
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+import structlog
+
+from vehicle_agent.device_feed import DeviceFeedError, ScanReady, ScanRing
+from vehicle_agent.localization.worker import LocalizationWorker
+from vehicle_agent.runtime.processes.clock import Clock
+from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, LocalizationJobs, Mailbox
+from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
+
+log = structlog.get_logger()
+
+WAIT_NS = 500_000_000
+# What the room, the log and the inbox call the worker.
+SOURCE = "localization"
+
+
+class NewScans:
+    """The scan ring of one vehicle, from which each scan is taken once; older ones are skipped."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._ring: ScanRing | None = None
+        self._seen: ScanReady | None = None
+        self._told = ""
+
+    def peek(self) -> ScanReady | None:
+        """The newest scan, if it has not been taken. The driver may start later, or again."""
+        try:
+            self._ring = self._ring or ScanRing(self._path, create=False)
+        except DeviceFeedError as error:
+            if str(error) != self._told:
+                self._told = str(error)
+                log.warning("localization.no_scans", error=self._told)
+            return None
+        newest = self._ring.newest()
+        return None if newest == self._seen else newest
+
+    def take(self, ready: ScanReady) -> PointCloud | None:
+        """None: it is overwritten by now."""
+        assert self._ring is not None, "a scan was seen in the ring"
+        self._seen = ready
+        scan = self._ring.read(ready)
+        return None if scan is None else point_cloud(ready.stamp_ns, scan[0], scan[1])
+
+
+class LocalizationProcess:
+    """Answers the newest scan only: while it works on one, others come and go."""
+
+    def __init__(self, mail: Path, scan_ring: Path, worker: LocalizationWorker, clock: Clock) -> None:
+        """mail: the folder of the vehicle's mailboxes."""
+        self._mail = mail
+        self._clock = clock
+        self._mailbox = Mailbox(mail / SOURCE)
+        self._scans = NewScans(scan_ring)
+        self._worker = worker
+        self._stopping = False
+
+    def run(self, warm: Callable[[], None]) -> None:
+        """Until SIGTERM. warm: loads the kernels before the first scan."""
+        signal.signal(signal.SIGTERM, self._stop)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        warm()
+        gc.collect()
+        gc.freeze()
+        while not self._stopping:
+            self._clock.wait(self._clock.now_ns() + WAIT_NS, (self._mailbox.fileno(),))
+            self.step()
+        self._mailbox.close()
+
+    def step(self) -> None:
+        """Takes the jobs, and answers the newest scan if they reach it."""
+        for mail in self._mailbox.take():
+            if isinstance(mail, LocalizationJobs):
+                for job in mail.jobs:
+                    self._worker.take(job)
+        ready = self._scans.peek()
+        if ready is None or not self._worker.is_ready(ready.stamp_ns):
+            return
+        cloud = self._scans.take(ready)
+        answer = None if cloud is None or not len(cloud) else self._worker.answer(cloud)
+        if answer is not None:
+            delivery = Delivery(self._clock.now_ns(), SOURCE, answer)
+            self._mailbox.post(self._mail / "tick", Deliveries((delivery,)))
+
+    def _stop(self, _number: int, _frame: FrameType | None) -> None:
+        self._stopping = True
