@@ -19,27 +19,27 @@ from benchmarks.localization.drive import (
     is_outage,
 )
 from benchmarks.mapping.campus_drive import DrivenBody, Trace, Traffic
-from benchmarks.mapping.receiver import fixes_of, view_of
+from benchmarks.mapping.receiver import view_of
+from campusloop.scenes.laser_survey import LaserSurvey
 from contract.geometry import Array, Pose2, compose, inverse, wrap_angle
 from contract.roads.model import RoadMap
 from simulator.sensors.gnss import CampusReceiver, GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu
-from simulator.sensors.lidars.mounts import mount
-from simulator.sensors.lidars.planar_scanner import PlanarMount, PlanarScanner
-from simulator.sensors.scene.shapes import truck
+from simulator.sensors.lidars.driver import planar_points
+from simulator.sensors.lidars.mounts import planar_mount
+from simulator.sensors.lidars.planar_scanner import PlanarScanner
 from simulator.sensors.scene.changes import WorldChanges
+from simulator.sensors.scene.shapes import truck
 from simulator.sensors.scene.static_scene import StaticScene
 from simulator.sensors.sky import Sky
-from vehicle_agent.localization.gnss_ins import GnssInsLocalization
+from vehicle_agent.config import Profile
 from vehicle_agent.localization.laser.pose_arrays import composed
 from vehicle_agent.localization.odometry_ekf import YAW, X, Y
-from vehicle_agent.localization.planar_map.localizer import PlanarLocalizer, PlanarPrior
+from vehicle_agent.localization.planar_map.matcher import PlanarMatcher
 from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization, ScanMapState
-from vehicle_agent.signals import GnssFix, ImuSample, ScanPose, VehicleMotion
-from vehicle_agent.signals.laser_scan import LaserScan
-from vehicle_agent.signals.pose_history import pose_at
-from workshop.carmen.beams import Beams
-from workshop.carmen.laser_logs import LaserLog
+from vehicle_agent.localization.worker import LocalizationWorker
+from vehicle_agent.signals import GnssFix, ImuSample, Navigation, ScanPose, VehicleMotion
+from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
 from workshop.laser_mapping.mapping import NoProgress
 from workshop.laser_mapping.site_mapping import SiteMap, SiteMappingParams, map_site
 
@@ -47,10 +47,6 @@ from workshop.laser_mapping.site_mapping import SiteMap, SiteMappingParams, map_
 SCENE_SEED = 1
 # The map is made on a day of its own: other noise, other traffic, other parked cars, another receiver.
 MAP_DAY = 9_000
-# On the front edge of the cart's roof, as high as the NUS paper's mapping laser.
-WHEELBASE_M = 1.65
-MOUNT_M = (1.9, 0.0, 1.88)
-T_BASE_LASER = Pose2(MOUNT_M[0], MOUNT_M[1], 0.0)
 # Of the mirror's turns, 50 a second, every fifth is used.
 SCAN_TICKS = 5
 # From the end of a scan to its pose: the worker's time, and the mailboxes.
@@ -113,22 +109,30 @@ class PlanarDrive:
 
 
 class LaserDrive:
-    """The scans of one drive, one every 0.1 s."""
+    """The scans of one drive, one every 0.1 s, as the scanner's driver on a vehicle hands them over."""
 
-    def __init__(self, scene: StaticScene, drive: Trace, seed: int, *, trucks: bool = False) -> None:
+    def __init__(
+        self, scene: StaticScene, drive: Trace, profile: Profile, seed: int, *, trucks: bool = False
+    ) -> None:
         rng = np.random.default_rng([seed, 13])
-        self._poses = DrivenBody(scene.ground, drive, rng, WHEELBASE_M).poses
-        self._scanner = PlanarScanner(PlanarMount("roof", mount(*MOUNT_M, 0.0)), scene, rng)
+        self._drive, self._rng = drive, rng
+        self._poses = DrivenBody(scene.ground, drive, rng, profile.body.wheelbase_m).poses
+        self._mount = planar_mount(profile.planar_scanner)
+        self._scanner = PlanarScanner(self._mount, scene, rng)
         self._traffic = Traffic(drive, scene, rng, truck() if trucks else None)
         self.scans = (len(drive) - SCAN_TICKS) // SCAN_TICKS
 
-    def scan(self, number: int) -> LaserScan:
-        """The scan of tick 5 * number; in order, as its noise is drawn."""
-        tick = SCAN_TICKS * number
-        begin_ns = STEP_NS * tick
-        scan = self._scanner.scan(self._poses, begin_ns, self._traffic.bodies(tick))
-        middle_ns = begin_ns + int(scan.offsets_ns[len(scan.offsets_ns) // 2])
-        return LaserScan(middle_ns, scan.ranges_m, scan.angles_rad)
+    def scan(self, number: int) -> PointCloud:
+        """Of a turn that begins at tick 5 * number; in order, as its noise is drawn."""
+        tick, drive = SCAN_TICKS * number, self._drive
+        scan = self._scanner.scan(self._poses, STEP_NS * tick, self._traffic.bodies(tick))
+        speed, turn = self._rng.standard_normal(2).tolist()
+        speed_mps = float(drive.speed_mps[tick]) + WHEEL_NOISE_MPS * speed
+        yaw_rate_radps = float(drive.yaw_rate_radps[tick]) + IMU.yaw_rate_std_radps * turn
+        points, intensities = planar_points(
+            scan, self._mount.T_base_sensor, STEP_NS, speed_mps, yaw_rate_radps
+        )
+        return point_cloud(stamp_ns(tick + 1), points, intensities)
 
 
 class SensedDrive:
@@ -165,33 +169,13 @@ def stamp_ns(tick: int) -> int:
     return STEP_NS * (tick + 1)
 
 
-def site_map_of(road_map: RoadMap, way: Trace, gnss: GnssInsLocalization, seed: int) -> SiteMap:
-    """The map that the workshop makes of a drive on the map's day: scans, odometry and fixes."""
-    day = MAP_DAY + seed
-    scene = StaticScene(road_map, SCENE_SEED, WorldChanges(seed=day))
-    laser = LaserDrive(scene, way, day)
-    sensed, state = SensedDrive(way, road_map, Conditions("survey"), day), gnss.initial()
-    scans, odometry, waiting = [], [], None
-    for tick in range(SCAN_TICKS * laser.scans):
-        motion, items = sensed.tick(tick)
-        _, state = gnss.step(state, motion, tuple(items), stamp_ns(tick))
-        if waiting is not None:
-            scans.append(waiting)
-            odometry.append(_array(pose_at(state.poses_odom, waiting.stamp_ns + STEP_NS)))
-            waiting = None
-        if tick % SCAN_TICKS == 0:
-            waiting = laser.scan(tick // SCAN_TICKS)
-    angles = scans[0].angles_rad
-    beams = Beams(float(angles[0]), float(angles[1] - angles[0]), len(angles))
-    log = LaserLog(
-        beams,
-        np.array([np.where(np.isfinite(scan.ranges_m), scan.ranges_m, np.nan) for scan in scans]),
-        np.array([1e-9 * scan.stamp_ns for scan in scans]),
-        np.array(odometry),
-        T_BASE_LASER,
-        (),
+def tiles_of_way(road_map: RoadMap, way: Trace, profile: Profile, seed: int) -> SiteMap:
+    """The map that the workshop makes of a survey of this way, on the map's day."""
+    at = np.searchsorted(way.odometer_m, np.arange(0.0, way.odometer_m[-1]))
+    points = np.column_stack((way.x_m[at], way.y_m[at]))
+    log, fixes = LaserSurvey(road_map, profile, points, SCENE_SEED, MAP_DAY + seed).record(
+        lambda seconds: None
     )
-    fixes = fixes_of(road_map, way, scene.ground, day)
     return map_site(log, fixes, SiteMappingParams(), NoProgress())
 
 
@@ -203,14 +187,16 @@ class RecordedDay:
     conditions: PlanarConditions
     motions: list[VehicleMotion]
     navigation: list[tuple[GnssFix | ImuSample, ...]]
-    scans: list[LaserScan]
+    scans: list[PointCloud]
 
 
-def recorded_day(way: Trace, road_map: RoadMap, conditions: PlanarConditions, seed: int) -> RecordedDay:
+def recorded_day(
+    way: Trace, road_map: RoadMap, profile: Profile, conditions: PlanarConditions, seed: int
+) -> RecordedDay:
     """Everything random is drawn from the seed."""
     sensed = SensedDrive(way, road_map, conditions.receiver, seed)
     scene = StaticScene(road_map, SCENE_SEED, conditions.changes)
-    laser = LaserDrive(scene, way, seed, trucks=conditions.trucks)
+    laser = LaserDrive(scene, way, profile, seed, trucks=conditions.trucks)
     motions, navigation, scans = [], [], []
     for tick in range(SCAN_TICKS * laser.scans):
         # Learned under the sky; the receiver is then silent.
@@ -219,43 +205,43 @@ def recorded_day(way: Trace, road_map: RoadMap, conditions: PlanarConditions, se
         motions.append(motion)
         navigation.append(tuple(items))
         if tick % SCAN_TICKS == 0:
-            scan = laser.scan(tick // SCAN_TICKS)
-            scans.append(LaserScan(scan.stamp_ns + STEP_NS, scan.ranges_m, scan.angles_rad))
+            scans.append(laser.scan(tick // SCAN_TICKS))
     return RecordedDay(way, conditions, motions, navigation, scans)
 
 
 def planar_drive(
-    day: RecordedDay, room: ScanMapLocalization, worker: PlanarLocalizer | None, seed: int
+    day: RecordedDay, room: ScanMapLocalization, matcher: PlanarMatcher | None, seed: int
 ) -> PlanarDrive:
-    """worker None: with GNSS, wheels and gyroscope alone."""
+    """matcher None: with GNSS, wheels and gyroscope alone."""
+    worker = None if matcher is None else LocalizationWorker(matcher)
     rng = np.random.default_rng([seed, 17])
     due: deque[tuple[int, ScanPose]] = deque()
     state, rows, cpu_s, agreement, kidnapped = room.initial(), [], [], [], []
     scan_rows = []
     for tick, (motion, measured) in enumerate(zip(day.motions, day.navigation, strict=True)):
         now_ns, truth = stamp_ns(tick), view_of(day.way, tick)
-        items: list[GnssFix | ImuSample | ScanPose] = [*measured]
+        items: list[Navigation] = [*measured]
         while due and due[0][0] <= tick:
             items.append(due.popleft()[1])
         if day.conditions.kidnaps and tick > _KIDNAP_FROM_TICK and tick % _KIDNAP_EVERY_TICKS == 0:
-            state = _kidnapped(state, worker, rng)
+            state = _kidnapped(state, matcher, rng)
             kidnapped.append(tick)
         begun_s = time.process_time()
         ego, state = room.step(state, motion, tuple(items), now_ns)
         spent_s = time.process_time() - begun_s
         # A turn of the mirror that began at the last tick is over at this one.
+        for job in room.jobs(state) if worker is not None else ():
+            worker.take(job)
         if worker is not None and tick % SCAN_TICKS == 1:
-            scan = day.scans[tick // SCAN_TICKS]
-            for job in room.jobs(state):
-                worker.take(job)
-            if worker.is_ready(scan.stamp_ns):
+            cloud = day.scans[tick // SCAN_TICKS]
+            if worker.is_ready(cloud.stamp_ns):
                 begun_s = time.process_time()
-                pose = worker.answer(scan)
+                pose = worker.answer(cloud)
                 cpu_s.append(time.process_time() - begun_s)
                 if isinstance(pose, ScanPose):
                     agreement.append(pose.agreement)
                     due.append((tick + _DELAY_TICKS, pose))
-                    scan_rows.append(_scan_row(day.way, tick - 1, scan.stamp_ns - stamp_ns(tick - 1), pose))
+                    scan_rows.append(_scan_row(day.way, tick, pose))
         error = np.array((ego.pose_map.x_m - truth.pose_map.x_m, ego.pose_map.y_m - truth.pose_map.y_m))
         known = state.fix_stamp_ns > 0
         nees = float(error @ np.linalg.inv(state.covariance[:2, :2]) @ error) if known else math.nan
@@ -280,18 +266,13 @@ def planar_drive(
     )  # fmt: skip
 
 
-def _scan_row(way: Trace, tick: int, after_ns: int, pose: ScanPose) -> tuple[float, float]:
+def _scan_row(way: Trace, tick: int, pose: ScanPose) -> tuple[float, float]:
     """(error, squared error over the stated covariance) of one scan's place."""
-    share = after_ns / STEP_NS
-    x = float(way.x_m[tick] + share * (way.x_m[tick + 1] - way.x_m[tick]))
-    y = float(way.y_m[tick] + share * (way.y_m[tick + 1] - way.y_m[tick]))
-    error = np.array([pose.pose_map.x_m - x, pose.pose_map.y_m - y])
+    error = np.array([pose.pose_map.x_m - way.x_m[tick], pose.pose_map.y_m - way.y_m[tick]])
     return float(np.hypot(*error)), float(error @ np.linalg.inv(pose.covariance[:2, :2]) @ error)
 
 
-def _kidnapped(
-    state: ScanMapState, worker: PlanarLocalizer | None, rng: np.random.Generator
-) -> ScanMapState:
+def _kidnapped(state: ScanMapState, matcher: PlanarMatcher | None, rng: np.random.Generator) -> ScanMapState:
     """The filter's mean and the particles are moved alike: nothing notices but the scans."""
     angle, size_m = float(rng.uniform(0.0, 2.0 * math.pi)), float(rng.uniform(*_KIDNAP_M))
     turn_rad = float(rng.uniform(-_KIDNAP_RAD, _KIDNAP_RAD))
@@ -303,10 +284,10 @@ def _kidnapped(
         wrap_angle(before.yaw_rad + turn_rad),
     )
     mean[X], mean[Y], mean[YAW] = after.x_m, after.y_m, after.yaw_rad
-    if worker is not None and worker.tracked is not None:
-        particles = worker.tracked.state
-        poses = composed(_array(compose(after, inverse(before))), particles.poses)
-        worker.tracked.state = msgspec.structs.replace(particles, poses=poses)
+    if matcher is not None and matcher.localizer.tracked is not None:
+        tracked = matcher.localizer.tracked
+        poses = composed(_array(compose(after, inverse(before))), tracked.state.poses)
+        tracked.state = msgspec.structs.replace(tracked.state, poses=poses)
     return msgspec.structs.replace(state, filter=msgspec.structs.replace(state.filter, mean=mean))
 
 

@@ -18,7 +18,6 @@ from vehicle_agent.config import Profile
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.keys import load_or_create_key, signature_text
 from vehicle_agent.link.session import Identity
-from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
@@ -30,7 +29,7 @@ from vehicle_agent.runtime.processes.tick_process import TickUpdateWriter
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
 from vehicle_agent.signals import LinkMessage, Outputs, Task
-from vehicle_agent.stacks.choice import build_car
+from vehicle_agent.stacks.choice import build_car, checked_localization_map
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +68,9 @@ class VirtualVehicle:
         mask = CodeMask(setup.vehicle_id.encode())
         point_map = setup.point_map
         self._localization_map = (
-            "" if point_map is None else checked_index(point_map, setup.road_map.origin).map_version
+            ""
+            if point_map is None
+            else checked_localization_map(setup.profile, point_map, setup.road_map.origin).map_version
         )
         self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world, mask, point_map)
         self._line_id = -1

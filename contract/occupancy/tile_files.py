@@ -1,6 +1,6 @@
 """Occupancy maps of a whole site on disk: an index document and square tiles that it names by content.
 
-DIR/index.json         format, map_version, tile_m, cell_m, origin, and of each tile: ix, iy, file, bytes, sha256
+DIR/index.json         format, map_version, tile_m, cell_m, origin; of each tile: ix, iy, file, bytes, sha256
 DIR/tiles/IX_IY.cells  the tile's cells, rows from the least y on, compressed by zstd as one frame
 
 Tile (ix, iy) begins at (ix * tile_m, iy * tile_m) of the campus's map frame. `map_version` is the SHA-256 of
@@ -8,6 +8,7 @@ the tiles' digests and of the origin. The index is written last: a folder withou
 """
 
 import hashlib
+import json
 import math
 import os
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ import msgspec
 import numpy as np
 import zstandard
 
+from contract.localization_maps import LocalizationMapError
 from contract.occupancy.occupancy_map import FORMAT, FREE, OCCUPIED, UNKNOWN, Cells
 from contract.roads.model import Origin
 
@@ -28,8 +30,8 @@ _SIDE_MAX = 4096
 TilePlace = tuple[int, int]
 
 
-class OccupancyTilesError(ValueError):
-    """The folder holds no map of occupancy tiles, or a changed one, or that of another place; one sentence."""
+class OccupancyTilesError(LocalizationMapError):
+    """The folder holds no occupancy tiles, changed ones, or those of another place; one sentence."""
 
 
 class OccupancyTileEntry(msgspec.Struct, frozen=True):
@@ -80,10 +82,14 @@ def read_index(folder: Path, origin: Origin | None = None) -> OccupancyTilesInde
     """The index of a map; with an origin, only one of that campus. Raises OccupancyTilesError."""
     path = folder / INDEX
     try:
+        if "voxel_m" in json.loads(path.read_bytes()):
+            raise OccupancyTilesError(
+                f"{folder} is a map of surfaces for lidars; a planar scanner needs an occupancy map."
+            )
         index = msgspec.json.decode(path.read_bytes(), type=OccupancyTilesIndex)
     except OSError as error:
         raise OccupancyTilesError(f"{folder} holds no occupancy map: {error.strerror or error}.") from error
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, json.JSONDecodeError, UnicodeDecodeError, TypeError) as error:
         raise OccupancyTilesError(f"{path} is no index of occupancy tiles: {error}.") from error
     if index.format != FORMAT:
         raise OccupancyTilesError(f"{path} has format {index.format}, not {FORMAT}.")
@@ -123,9 +129,7 @@ def read_tile(folder: Path, index: OccupancyTilesIndex, entry: OccupancyTileEntr
     return cells.reshape(index.side, index.side)
 
 
-def _version_of(
-    entries: tuple[OccupancyTileEntry, ...], tile_m: float, cell_m: float, origin: Origin
-) -> str:
+def _version_of(entries: tuple[OccupancyTileEntry, ...], tile_m: float, cell_m: float, origin: Origin) -> str:
     head = f"{tile_m!r} {cell_m!r} {origin.latitude_deg!r} {origin.longitude_deg!r}\n"
     lines = "".join(f"{entry.ix} {entry.iy} {entry.sha256}\n" for entry in entries)
     return hashlib.sha256((head + lines).encode()).hexdigest()

@@ -10,7 +10,7 @@ import numpy as np
 
 from contract.geometry import Array, IntArray
 from vehicle_agent.localization.laser.pose_arrays import between, composed
-from workshop.cloud_mapping.gnss_fixes import FixParams, Fixes, places_of
+from workshop.cloud_mapping.gnss_fixes import Fixes, FixParams, places_of
 from workshop.laser_mapping.keyframes import Keyframes
 from workshop.laser_mapping.pose_graph import Edge, GraphParams, NodePlace, Optimized, optimized
 

@@ -12,13 +12,13 @@ from contract.occupancy.occupancy_map import UNKNOWN, Cells, OccupancyMap
 from vehicle_agent.localization.laser.dead_reckoning import DeadReckoningParams
 from vehicle_agent.localization.laser.surfaces import SurfaceParams
 from workshop.carmen.laser_logs import LaserLog
-from workshop.cloud_mapping.gnss_fixes import FixParams, Fixes
+from workshop.cloud_mapping.gnss_fixes import Fixes, FixParams
 from workshop.laser_mapping.keyframes import dead_reckoned, scan_poses
 from workshop.laser_mapping.mapping import MappingProgress
 from workshop.laser_mapping.occupancy import OccupancyParams, occupancy_map
 from workshop.laser_mapping.placement import node_places, placed_poses, way_m
-from workshop.laser_mapping.residuals import pass_deviations
 from workshop.laser_mapping.refinement import RefinementParams, refined
+from workshop.laser_mapping.residuals import pass_deviations
 
 Tiles = dict[tuple[int, int], Cells]
 
@@ -47,7 +47,7 @@ class SiteMappingParams(msgspec.Struct, frozen=True):
 
 
 class SiteResiduals(msgspec.Struct, frozen=True):
-    """fixes_median_m, fixes_p95_m: how far the map lies from the fixes that it used; passes: pairs matched."""
+    """fixes_median_m, fixes_p95_m: how far the map lies from the fixes it used; passes: pairs matched."""
 
     scans: int
     way_m: float
@@ -68,9 +68,7 @@ class SiteMap(msgspec.Struct, frozen=True):
     residuals: SiteResiduals
 
 
-def map_site(
-    log: LaserLog, fixes: Fixes, params: SiteMappingParams, progress: MappingProgress
-) -> SiteMap:
+def map_site(log: LaserLog, fixes: Fixes, params: SiteMappingParams, progress: MappingProgress) -> SiteMap:
     """The tiles of a drive. The fixes are of the vehicle's base. Raises NotPlaced, MapTooLarge."""
     progress.begin("dead reckoning", len(log))
     reckoned = dead_reckoned(log, params.dead_reckoning, progress.advance)
@@ -103,7 +101,7 @@ def map_site(
 def occupancy_tiles(
     log: LaserLog, poses: Array, params: SiteMappingParams, progress: MappingProgress
 ) -> Tiles:
-    """The tiles that the log's beams reach, drawn region by region, so that a site of any size fits memory."""
+    """The tiles that the log's beams reach, drawn by regions, so that a site of any size fits memory."""
     region_m = params.region_tiles * params.tile_m
     reach_m = params.occupancy.range_m_max
     tiles: Tiles = {}

@@ -52,9 +52,12 @@ class FieldWindow:
 
     def _computed(self, at: tuple[int, int]) -> LikelihoodField | None:
         side, around = self._tiles.side, self._around
-        places = [(at[0] + dx, at[1] + dy) for dy in range(-around, around + 1) for dx in range(-around, around + 1)]
+        places = [
+            (at[0] + dx, at[1] + dy) for dy in range(-around, around + 1) for dx in range(-around, around + 1)
+        ]
         self._cache = {
-            place: self._cache[place] if place in self._cache else self._tiles.source(*place) for place in places
+            place: self._cache[place] if place in self._cache else self._tiles.source(*place)
+            for place in places
         }
         span = 2 * around + 1
         cells: Cells = np.full((span * side, span * side), UNKNOWN, dtype=np.uint8)

@@ -49,10 +49,12 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
     doubted, doubted_scans  particles that agree less for so long are doubted, and their surroundings searched
     search_rest_scans from one search to the next
     better, better_scans  other particles that agree so much more for so long take their place
+    overruling_beams, overruled_m  a place so far from the vehicle's pose is said only if so many beams of a
+                      scan lie on the map's walls there: few fit in many places
     """
 
     around: int = 1
-    beams_min: int = 30
+    beams_min: int = 15
     start_std_m: float = 0.7
     start_floor_m: float = 0.15
     start_floor_rad: float = 0.02
@@ -68,6 +70,8 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
     search_rest_scans: int = 50
     better: float = 0.35
     better_scans: int = 15
+    overruling_beams: float = 40.0
+    overruled_m: float = 0.4
     dead_reckoning: DeadReckoningParams = DeadReckoningParams(
         surface=SurfaceParams(range_m_max=30.0, spacing_m=0.1),
         keyframe_m=0.5,
@@ -109,13 +113,24 @@ class _Hypothesis:
         """Share of the beams that say something which lie on the map's walls."""
         return self._on / max(self._on + self._against, 1e-9)
 
+    @property
+    def beams_on_walls(self) -> float:
+        """Of a scan, of late."""
+        return (1.0 - self._params.agreement_keep) * self._on
+
     def step(self, filter_: MonteCarloLocalization, scan: LaserScan, reckoned: Array) -> MonteCarloEstimate:
         """Moves the particles and weighs them by the scan."""
         params, field = self._params, filter_.field
         estimate, self.state = filter_.step(self.state, scan.ranges_m, scan.angles_rad, reckoned)
         points = filter_.beam_ends(scan.ranges_m, scan.angles_rad)
         counts = counted_beams(
-            points, estimate.pose_map, field.hit, field.origin_x_m, field.origin_y_m, field.cell_m, params.clear_m
+            points,
+            estimate.pose_map,
+            field.hit,
+            field.origin_x_m,
+            field.origin_y_m,
+            field.cell_m,
+            params.clear_m,
         )
         against = counts[THROUGH_WALL] + counts[BESIDE_MAP] + params.short_weight * counts[SHORT]
         self._on = params.agreement_keep * self._on + float(counts[ON_WALL])
@@ -127,7 +142,11 @@ class PlanarLocalizer:
     """One vehicle's worker. Equal scans, priors and seed give equal answers."""
 
     def __init__(
-        self, tiles: OccupancyTiles, T_base_laser: Pose2, seed: int, params: PlanarLocalizerParams | None = None
+        self,
+        tiles: OccupancyTiles,
+        T_base_laser: Pose2,
+        seed: int,
+        params: PlanarLocalizerParams | None = None,
     ) -> None:
         self.params = params or PlanarLocalizerParams()
         self.tracked: _Hypothesis | None = None
@@ -156,8 +175,11 @@ class PlanarLocalizer:
         estimate = self.tracked.step(filter_, scan, reckoned)
         found = self._searched(filter_, scan, reckoned)
         self._fresh = self.params.better_scans if found is not None else max(0, self._fresh - 1)
-        pose = self._scan_pose(scan.stamp_ns, found or estimate, returns)
-        if self._is_astray(estimate, laser):
+        pose: ScanPose | ScanUnplaced = self._scan_pose(scan.stamp_ns, found or estimate, returns)
+        away_m = math.hypot(pose.pose_map.x_m - job.pose_map.x_m, pose.pose_map.y_m - job.pose_map.y_m)
+        if away_m > self.params.overruled_m and self.tracked.beams_on_walls < self.params.overruling_beams:
+            pose = ScanUnplaced(scan.stamp_ns, "too_little")
+        if self._is_astray(away_m):
             self._forget()
         return pose
 
@@ -182,7 +204,10 @@ class PlanarLocalizer:
         if self._other is None:
             return None
         estimate = self._other.step(filter_, scan, reckoned)
-        is_better = self._other.agreement > tracked.agreement + params.better
+        is_better = (
+            self._other.agreement > tracked.agreement + params.better
+            and self._other.beams_on_walls >= params.overruling_beams
+        )
         self._better = self._better + 1 if is_better else 0
         if self._better < params.better_scans:
             return None
@@ -204,9 +229,12 @@ class PlanarLocalizer:
         field = self._window.around(x_m, y_m)
         if field is None:
             return None
-        if disc is not None and disc[0] is field:
-            if math.hypot(disc[2] - x_m, disc[3] - y_m) < self.params.search_again_m:
-                return disc[1]
+        if (
+            disc is not None
+            and disc[0] is field
+            and math.hypot(disc[2] - x_m, disc[3] - y_m) < self.params.search_again_m
+        ):
+            return disc[1]
         near = free_near(field, x_m, y_m, self.params.search_m)
         if not len(near.free):
             return None
@@ -214,7 +242,12 @@ class PlanarLocalizer:
         return near
 
     def _started(
-        self, filter_: MonteCarloLocalization, scan: LaserScan, job: LocalizationJob, laser: Array, reckoned: Array
+        self,
+        filter_: MonteCarloLocalization,
+        scan: LaserScan,
+        job: LocalizationJob,
+        laser: Array,
+        reckoned: Array,
     ) -> MonteCarloState:
         params = self.params
         self._seed += 1
@@ -224,9 +257,8 @@ class PlanarLocalizer:
         std_rad = max(params.start_floor_rad, math.sqrt(job.covariance[2, 2]))
         return filter_.near(self._seed, laser, max(params.start_floor_m, std_m), std_rad, reckoned)
 
-    def _is_astray(self, estimate: MonteCarloEstimate, laser: Array) -> bool:
+    def _is_astray(self, away_m: float) -> bool:
         """Whether the room has long not believed the particles: what it knows besides says another place."""
-        away_m = math.hypot(*(estimate.pose_map[:2] - laser[:2]))
         self._astray = self._astray + 1 if away_m > self.params.astray_m else 0
         if self._astray < self.params.astray_scans:
             return False
