@@ -70,7 +70,7 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
     search_rest_scans: int = 50
     better: float = 0.35
     better_scans: int = 15
-    overruling_beams: float = 40.0
+    overruling_beams: float = 15.0
     overruled_m: float = 0.4
     dead_reckoning: DeadReckoningParams = DeadReckoningParams(
         surface=SurfaceParams(range_m_max=30.0, spacing_m=0.1),
@@ -175,10 +175,11 @@ class PlanarLocalizer:
         estimate = self.tracked.step(filter_, scan, reckoned)
         found = self._searched(filter_, scan, reckoned)
         self._fresh = self.params.better_scans if found is not None else max(0, self._fresh - 1)
-        pose: ScanPose | ScanUnplaced = self._scan_pose(scan.stamp_ns, found or estimate, returns)
+        pose = self._scan_pose(scan.stamp_ns, found or estimate, returns)
         away_m = math.hypot(pose.pose_map.x_m - job.pose_map.x_m, pose.pose_map.y_m - job.pose_map.y_m)
         if away_m > self.params.overruled_m and self.tracked.beams_on_walls < self.params.overruling_beams:
-            pose = ScanUnplaced(scan.stamp_ns, "too_little")
+            # It contradicts the vehicle's pose, and is too little to say another.
+            pose = msgspec.structs.replace(pose, agreement=0.0, is_searched=False)
         if self._is_astray(away_m):
             self._forget()
         return pose
