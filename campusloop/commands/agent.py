@@ -12,14 +12,17 @@ from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError, load_map
-from vehicle_agent.config import ProfileError, load_profile
+from contract.roads.model import RoadMap
+from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
+from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
@@ -29,6 +32,7 @@ START_ERRORS = (
     AgentFolderError,
     ProfileError,
     MapError,
+    LocalizationMapError,
     HmiDeviceError,
     ScreenError,
     TracingUnavailable,
@@ -54,6 +58,9 @@ def enrol(
     certificate: Annotated[
         str, typer.Option(help="Certificate to trust, if the server's is self-signed.")
     ] = "",
+    point_map: Annotated[
+        Path | None, typer.Option(help="Point map to compare the lidar's scans with (folder); copied.")
+    ] = None,
 ) -> None:
     """Create the vehicle's key and enrol it with the server, once."""
     vehicle = VehicleFile(
@@ -68,11 +75,12 @@ def enrol(
         cameras=cameras,
     )
     try:
-        load_map(campus_map)
-        if profile is not None:
-            load_profile(profile)
+        road_map = load_map(campus_map)
+        chosen = Profile() if profile is None else load_profile(profile)
+        if point_map is not None:
+            _check_point_map(point_map, road_map, chosen)
         key = load_or_create_key(folder / "key.pem")
-    except (MapError, ProfileError, VehicleKeyError) as error:
+    except (MapError, LocalizationMapError, ProfileError, VehicleKeyError) as error:
         _refuse(str(error))
     body = {"code": code, "vehicle_id": vehicle_id, "public_key": public_key_text(key)}
     try:
@@ -83,8 +91,28 @@ def enrol(
     if answer.is_error:
         problem = answer.json()
         _refuse(f"{problem.get('title')}: {problem.get('detail')}")
-    AgentFolder(folder).prepare(vehicle, campus_map, profile)
+    files = AgentFolder(folder)
+    files.prepare(vehicle, campus_map, profile)
+    if point_map is not None:
+        files.install_point_map(point_map)
     console.print(f"{vehicle_id} is enrolled. Start it with: campusloop agent run {folder}")
+
+
+@app.command("point-map")
+def give_point_map(
+    folder: Annotated[Path, typer.Argument(help="The vehicle's folder, after `enrol`.")],
+    point_map: Annotated[Path, typer.Argument(help="Folder of a point map (docs/workshop/mapping.md).")],
+) -> None:
+    """Give an enrolled vehicle a point map, or another one; it is used from the next start on."""
+    files = AgentFolder(folder)
+    try:
+        _check_stack(files.profile().stack)
+        index = files.install_point_map(point_map)
+    except (MapError, LocalizationMapError, ProfileError) as error:
+        _refuse(str(error))
+    except OSError as error:
+        _refuse(f"{folder} cannot be written: {error.strerror or error}; the vehicle keeps what it has")
+    console.print(f"{folder.name} has the point map {index.map_version[:12]} with {len(index.tiles)} tiles")
 
 
 @app.command()
@@ -101,11 +129,15 @@ def run(
             files.profile()
             files.road_map()
             files.screen()
+            if files.checked_point_map() is not None:
+                _check_stack(files.profile().stack)
             hmi_devices = files.hmi_devices()
             for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
-        ensure_kernels(tuple(sorted({group for stack in stacks for group in for_vehicle(stack)})))
+        by_scans = any(AgentFolder(folder).point_map.exists() for folder in folders)
+        groups = {group for stack in stacks for group in for_vehicle(stack, by_scans=by_scans)}
+        ensure_kernels(tuple(sorted(groups)))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             spans = span_source()
             places = tuple(
@@ -117,6 +149,20 @@ def run(
             Supervisor(jobs).run()
     except START_ERRORS as error:
         _refuse(str(error), journal_console(level="error"))
+
+
+def _check_point_map(point_map: Path, road_map: RoadMap, profile: Profile) -> None:
+    """Raises LocalizationMapError, ProfileError."""
+    _check_stack(profile.stack)
+    checked_localization_map(profile, point_map, road_map.origin)
+
+
+def _check_stack(stack: str) -> None:
+    if stack not in LOCALIZING_STACKS:
+        raise ProfileError(
+            f"the {stack} stack does not localize by scans: leave out the point map, or give a profile with "
+            f"{' or '.join(sorted(LOCALIZING_STACKS))}"
+        )
 
 
 def _refuse(detail: str, console: Console = console) -> NoReturn:

@@ -11,6 +11,7 @@ import structlog
 import typer
 from rich.console import Console
 
+from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
@@ -19,6 +20,7 @@ from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError, load_map
 from simulator.sensors.scene_lidars import SceneOptions, scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
@@ -58,6 +60,13 @@ def demo(
         bool,
         typer.Option("--scene", help="Hills, kerbs, trees, parked vehicles, and lidars that see them."),
     ] = False,
+    localization: Annotated[
+        Localization,
+        typer.Option(help="gnss; or scans: the shuttles compare their lidar's scans with a point map."),
+    ] = Localization.GNSS,
+    point_map: Annotated[
+        Path | None, typer.Option(help="For scans: folder of a point map; the shipped one without it.")
+    ] = None,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -69,17 +78,32 @@ def demo(
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
+        profile = chosen_profile(localization, profile)
         chosen = Profile() if profile is None else load_profile(profile)
-        prepare_kernels(for_campus(chosen.stack), console)
+        points = chosen_point_map(localization, profile, point_map, campus_map, has_scene=scene)
+        prepare_kernels(for_campus(chosen.stack, by_scans=points is not None), console)
         surroundings = scene_of_run(seed) if scene else None
         if headless and begin and end:
+            if points is not None:
+                raise LocalizationMapError(
+                    "a timetable's shuttles localize by gnss: leave out --localization"
+                )
             _timetable(
                 console, campus_map, count, seed, begin, end, folder or HEADLESS, plant_seed, surroundings
             )
             return
         if headless:
             _headless(
-                console, campus_map, count, rides, seed, folder or HEADLESS, chosen, plant_seed, surroundings
+                console,
+                campus_map,
+                count,
+                rides,
+                seed,
+                folder or HEADLESS,
+                chosen,
+                plant_seed,
+                surroundings,
+                points,
             )
             return
         options = LiveOptions(
@@ -95,11 +119,13 @@ def demo(
             paced=True,
             plant_seed=plant_seed,
             scene=surroundings,
+            point_map=points,
             screen_pages=WEB_PAGES if (WEB_PAGES / "onboard.html").is_file() else None,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (
         MapError,
+        LocalizationMapError,
         ProfileError,
         CampusStartError,
         ForeignFolder,
@@ -155,13 +181,21 @@ def _headless(
     profile: Profile,
     plant_seed: int | None,
     scene: SceneOptions | None,
+    point_map: Path | None,
 ) -> None:
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
 
     road_map = load_map(campus_map)
     options = CampusOptions(
-        road_map, empty_folder(folder), seed, vehicles, profile, plant_seed=plant_seed, scene=scene
+        road_map,
+        empty_folder(folder),
+        seed,
+        vehicles,
+        profile,
+        plant_seed=plant_seed,
+        scene=scene,
+        point_map=point_map,
     )
     result = run_headless(options, rides, console)
     for failure in result.failures:

@@ -12,12 +12,14 @@ import httpx
 import typer
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
+from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
 from campusloop.shipped import DEFAULT_MAP
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError
 from server.settings import SettingsError, settings_from
 from simulator.live.ports import BASE_PORT
@@ -58,6 +60,13 @@ def shuttles(
         bool,
         typer.Option("--scene", help="Hills, kerbs, trees, parked vehicles, and lidars that see them."),
     ] = False,
+    localization: Annotated[
+        Localization,
+        typer.Option(help="gnss; or scans: the shuttles compare their lidar's scans with a point map."),
+    ] = Localization.GNSS,
+    point_map: Annotated[
+        Path | None, typer.Option(help="For scans: folder of a point map; the shipped one without it.")
+    ] = None,
     base_port: Annotated[int, typer.Option(help="First of the loopback ports used.")] = BASE_PORT,
     wait_s: Annotated[float, typer.Option(min=0.0, help="How long the server may take to be ready.")] = 120.0,
 ) -> None:
@@ -66,8 +75,10 @@ def shuttles(
         password = settings_from(os.environ).operator_password
         if not password:
             _refuse(f"set {PASSWORD}, or {PASSWORD}_FILE to a file with it: the password of {operator}")
+        profile = chosen_profile(localization, profile)
+        points = chosen_point_map(localization, profile, point_map, campus_map, has_scene=scene)
         stack = (Profile() if profile is None else load_profile(profile)).stack
-        prepare_kernels((*SIMULATOR, *for_vehicle(stack)), console)
+        prepare_kernels((*SIMULATOR, *for_vehicle(stack, by_scans=points is not None)), console)
         options = ShuttleOptions(
             map_path=campus_map.absolute(),
             folder=folder.absolute(),
@@ -80,10 +91,19 @@ def shuttles(
             profile_path=None if profile is None else profile.absolute(),
             plant_seed=plant_seed,
             scene=scene_of_run(seed) if scene else None,
+            point_map=points,
         )
         trusted = True if certificate is None else ssl.create_default_context(cafile=certificate)
         simulated = SimulatedShuttles(options)
-    except (SettingsError, MapError, ProfileError, KernelError, TracingUnavailable, OSError) as error:
+    except (
+        SettingsError,
+        MapError,
+        LocalizationMapError,
+        ProfileError,
+        KernelError,
+        TracingUnavailable,
+        OSError,
+    ) as error:
         _refuse(str(error))
     raise typer.Exit(asyncio.run(_run(simulated, operator, password, trusted, held, wait_s)))
 

@@ -39,6 +39,7 @@ class LiveOptions:
     otherwise they have the computer's clock
     plant_seed: of the shuttles' dynamics; None: nominal ones
     scene: hills, kerbs, trees and parked vehicles, and lidars that see them; None: none
+    point_map: the folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
     screen_pages: built web pages for the first shuttle's onboard screen; None: no shuttle serves one
     """
 
@@ -56,6 +57,7 @@ class LiveOptions:
     paced: bool = False
     plant_seed: int | None = None
     scene: SceneOptions | None = None
+    point_map: Path | None = None
     screen_pages: Path | None = None
 
 
@@ -85,6 +87,7 @@ class LiveCampus:
                 paced=options.paced,
                 plant_seed=options.plant_seed,
                 scene=options.scene,
+                point_map=options.point_map,
                 screen_pages=options.screen_pages,
             )
         )

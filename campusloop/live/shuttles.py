@@ -36,6 +36,7 @@ class ShuttleOptions:
     paced         all processes share a clock that waits for a slow machine (`paced_clock`)
     plant_seed    of the shuttles' dynamics; None: nominal ones
     scene         hills, kerbs, trees and parked vehicles, and lidars that see them; None: none
+    point_map     folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
     screen_pages  built web pages: the first shuttle serves its onboard screen; None: no shuttle does
     """
 
@@ -51,6 +52,7 @@ class ShuttleOptions:
     paced: bool = False
     plant_seed: int | None = None
     scene: SceneOptions | None = None
+    point_map: Path | None = None
     screen_pages: Path | None = None
 
 
@@ -158,6 +160,10 @@ class SimulatedShuttles:
         )
         files = AgentFolder(folder)
         files.prepare(vehicle, options.map_path, options.profile_path)
+        if options.point_map is None:
+            files.remove_point_map()
+        else:
+            files.install_point_map(options.point_map)
         if number == 0 and options.screen_pages is not None:
             listen = f"127.0.0.1:{ports.screen_port}"
             files.save_screen(ScreenSettings(listen=listen, pages=str(options.screen_pages.resolve())))

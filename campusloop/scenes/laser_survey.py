@@ -1,7 +1,7 @@
 """A survey drive with a planar scanner in the simulated scene: what the workshop makes an occupancy map of.
 
 The vehicle drives on a day of its own: other vehicles are parked than on the days of passengers. Its log has
-what a real one has: scans, the odometry of wheels and gyroscope, and the fixes of a receiver between buildings.
+what a real one has: scans, the odometry of wheels and gyroscope, and a receiver's fixes.
 """
 
 import math
@@ -131,7 +131,7 @@ class LaserSurvey:
                 fixes.append(fix)
             found = scanner.step(now_ns, truth, None)
             if found is not None:
-                scans.append(laser_scan(now_ns, found[0], laser, params.step_rad))
+                scans.append(laser_scan(now_ns, found[0].astype(np.float64), laser, params.step_rad))
                 odometry.append((state.odometry.x_m, state.odometry.y_m, state.odometry.yaw_rad))
             if now_ns % 1_000_000_000 == 0:
                 advance(1)

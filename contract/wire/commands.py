@@ -2,20 +2,36 @@
 
 from typing import Literal
 
+from contract.geometry import Pose2
 from contract.wire.base import Message
 from contract.wire.bounds import Count, Id, LongText, StampNs
 
 CommandKind = Literal[
-    "hold", "resume", "announce", "stop_now", "mark", "start_recording", "stop_recording", "show_scene"
+    "hold",
+    "resume",
+    "announce",
+    "stop_now",
+    "mark",
+    "start_recording",
+    "stop_recording",
+    "show_scene",
+    "set_position",
 ]
 # Kinds that came later: only an agent whose hello says that it understands them can read them.
-LATER_KINDS: tuple[CommandKind, ...] = ("mark", "start_recording", "stop_recording", "show_scene")
+LATER_KINDS: tuple[CommandKind, ...] = (
+    "mark",
+    "start_recording",
+    "stop_recording",
+    "show_scene",
+    "set_position",
+)
 
 
 class Command(Message, frozen=True, tag="command"):
     """An operator's or developer's word to one vehicle. Repeats of a command_id are harmless.
 
     text     announcement, reason of a hold, note of a mark or name of a recording
+    pose_map  of `set_position`: where the vehicle stands and looks, in the map's frame
     made_ns  when it was given, by the server's clock; 0 if that is not known
     """
 
@@ -24,6 +40,7 @@ class Command(Message, frozen=True, tag="command"):
     kind: CommandKind
     text: LongText = ""
     made_ns: StampNs = 0
+    pose_map: Pose2 | None = None
 
 
 class PassengerTap(Message, frozen=True, tag="passenger_tap"):

@@ -60,6 +60,16 @@ HoldReason = Literal[
     "fault",
 ]
 
+# How localization by scans is doing.
+LocalizationPhase = Literal[
+    "waiting",
+    "tracking",
+    "doubtful",
+    "lost",
+    "recovered",
+    "gnss_only",
+]
+
 FaultSeverity = Literal["info", "warning", "stop"]
 
 FaultCode = Literal[
@@ -71,6 +81,7 @@ FaultCode = Literal[
     "pose_poor",
     "pose_jump",
     "pose_not_finite",
+    "localization_silent",
     "percept_missing",
     "percept_stale",
     "path_missing",

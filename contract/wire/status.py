@@ -25,7 +25,7 @@ from contract.wire.bounds import (
     Speed,
     StampNs,
 )
-from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason, SpeedLimitReason
+from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason, LocalizationPhase, SpeedLimitReason
 
 POINTS_MAX = 20_000
 TRACKS_MAX = 2_000
@@ -95,6 +95,19 @@ class DrivingView(msgspec.Struct, frozen=True):
     guard: ShortText = ""
 
 
+class LocalizationReport(msgspec.Struct, frozen=True):
+    """How well the vehicle knows where it is.
+
+    phase           "gnss_only" also of a vehicle that compares no scans with a map
+    position_std_m  standard deviation along its worst direction; None while there is no position
+    agreement       share of the last scan's points that lie on the map; None without one
+    """
+
+    phase: LocalizationPhase
+    position_std_m: Distance | None = None
+    agreement: Ratio | None = None
+
+
 class Status(Message, frozen=True, tag="status"):
     """Where the vehicle is and what it does; latest wins.
 
@@ -125,6 +138,7 @@ class Status(Message, frozen=True, tag="status"):
     driving: DrivingView | None = None
     hold_reason: HoldReason | None = None
     hold_detail: LongText = ""
+    localization: LocalizationReport | None = None
 
 
 class FleetVehicle(Message, frozen=True, tag="fleet_vehicle"):

@@ -9,6 +9,7 @@ from vehicle_agent.mission import boarding
 from vehicle_agent.mission.memory import MissionMemory, remembered
 from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreachable, locate, order_line
 from vehicle_agent.mission.orders import is_repeat, order_accepted, order_rejection, with_order
+from vehicle_agent.mission.placing import Placing, placing_result, why_not_placed
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.sections import OccupiedSection
 from vehicle_agent.mission.state import MissionState
@@ -73,7 +74,7 @@ def take_grants(state: MissionState, grants: Grants) -> MissionState:
 def execute_command(
     state: MissionState, command: Command, network: RoadNetwork, rules: MissionRules, ego: Ego
 ) -> MissionState:
-    """Holds, stops, resumes, announces, or marks the recording; each command is executed once.
+    """Holds, stops, resumes, announces, marks the recording, or tries a place; each is executed once.
 
     A failed one may be repeated.
     """
@@ -96,10 +97,26 @@ def execute_command(
             pass  # The recorder writes them into the run log.
         case "show_scene":
             detail = _why_no_scene(state, command)
+        case "set_position":
+            detail = why_not_placed(command, ego)
+            if not detail:
+                return _placing(state, command)
     if not detail:
         heard = remembered(state.memory.heard, command.command_id)
         state = state.after(memory=msgspec.structs.replace(state.memory, heard=heard))
     return state.after(CommandDone(command.command_id, not detail, detail))
+
+
+def answer_placing(state: MissionState, ego: Ego) -> MissionState:
+    """Tells what came of the place that an operator named, once that is known."""
+    done = None if state.placing is None else placing_result(state.placing, ego, state.stamp_ns)
+    if done is None:
+        return state
+    state = state.after(done, placing=None)
+    if not done.done:
+        return state
+    heard = remembered(state.memory.heard, done.command_id)
+    return state.after(memory=msgspec.structs.replace(state.memory, heard=heard))
 
 
 def take_tap(state: MissionState, message: PassengerTap) -> MissionState:
@@ -144,6 +161,17 @@ def _resume(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[Missio
         if reason is not None:
             return state, detail or "the vehicle is not on a lane of the map: drive it onto one by hand"
     return state.after(held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns), ""
+
+
+def _placing(state: MissionState, command: Command) -> MissionState:
+    """The place is tried from now on. A repeat changes nothing; another place takes over."""
+    assert command.pose_map is not None, "a command without a place is refused"
+    before = state.placing
+    if before is not None and before.command_id == command.command_id:
+        return state
+    if before is not None:
+        state = state.after(CommandDone(before.command_id, False, "another place was named"))
+    return state.after(placing=Placing(command.command_id, command.pose_map, state.stamp_ns))
 
 
 def _why_no_scene(state: MissionState, command: Command) -> str:

@@ -17,6 +17,7 @@ from contract.wire.reasons import HoldReason
 from vehicle_agent.mission.cabin_events import take_cabin_event
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.messages import (
+    answer_placing,
     execute_command,
     find_line,
     take_grants,
@@ -77,6 +78,7 @@ class Mission(msgspec.Struct, frozen=True):
         state = self._with_position(state, ego)
         for message in messages:
             state = self._take_message(state, message, ego)
+        state = answer_placing(state, ego)
         authority = self._authority(state)
         for event in cabin_events:
             state = take_cabin_event(state, event, self.network, self.rules, authority, ego.speed_mps)

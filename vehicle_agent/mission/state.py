@@ -10,6 +10,7 @@ from vehicle_agent.mission.boarding import SeatState
 from vehicle_agent.mission.doors import Doors
 from vehicle_agent.mission.memory import MissionMemory
 from vehicle_agent.mission.order_line import LanePoint, OrderLine
+from vehicle_agent.mission.placing import Placing
 from vehicle_agent.mission.seat_button import TemporaryStop
 from vehicle_agent.mission.sections import OccupiedSection
 
@@ -31,6 +32,7 @@ class MissionState(msgspec.Struct, frozen=True):
     wait_s_m, stop_free_since_ns  where to wait for an occupied stop, None while there is none; since when it
                   is free again, 0 while it is not
     refused_ns    when the seat button was last refused under way, 0 before
+    placing       a place that an operator named and that is being tried
     pending_order  an order that came before the first position
     """
 
@@ -67,6 +69,7 @@ class MissionState(msgspec.Struct, frozen=True):
     announced_ns: int = 0
     refused_ns: int = 0
     pending_order: Order | None = None
+    placing: Placing | None = None
     events: tuple[VehicleEvent, ...] = ()
     answers: tuple[OrderAccepted | OrderRejected, ...] = ()
 

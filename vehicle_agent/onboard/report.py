@@ -1,8 +1,10 @@
 """The ages of the guard's inputs, and the status for the server."""
 
+import math
+
 import msgspec
 
-from contract.wire.messages import Status
+from contract.wire.messages import LocalizationReport, Status
 from vehicle_agent.signals import (
     Ages,
     ControlCommand,
@@ -72,4 +74,12 @@ def status(
         faults=tuple(fault_report(fault) for fault in guard_status.faults),
         hold_reason=guard_status.reason,
         hold_detail=guard_status.detail,
+        localization=_localization(ego),
     )
+
+
+def _localization(ego: Ego) -> LocalizationReport:
+    """A vehicle that compares no scans waits for its first fix, and then has GNSS alone."""
+    is_known = math.isfinite(ego.position_std_m)
+    phase = ego.phase or ("gnss_only" if is_known else "waiting")
+    return LocalizationReport(phase, ego.position_std_m if is_known else None, ego.agreement)

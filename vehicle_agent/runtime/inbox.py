@@ -11,18 +11,16 @@ from vehicle_agent.signals import (
     DestinationChoice,
     DoorState,
     FleetVehicle,
-    GnssFix,
     HelpButton,
-    ImuSample,
     InboxBody,
     InboxItem,
     Inputs,
     LinkState,
+    Navigation,
     ObstaclePercept,
     PedestrianPresence,
     PlanAnswer,
-    ScanPose,
-    ScanUnplaced,
+    PoseHint,
     SeatButton,
     SeatSensor,
     TrackPercept,
@@ -85,9 +83,7 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
     return Inputs(
         stamp_ns=stamp_ns,
         frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
-        navigation=tuple(
-            body for body in bodies if isinstance(body, GnssFix | ImuSample | ScanPose | ScanUnplaced)
-        ),
+        navigation=tuple(body for body in map(_told_to_localization, bodies) if isinstance(body, Navigation)),
         percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept)),
         plans=tuple(body for body in bodies if isinstance(body, PlanAnswer)),
         infrastructure=tuple(body for body in bodies if isinstance(body, FleetVehicle | PedestrianPresence)),
@@ -101,3 +97,10 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
         ),
         link=links[-1] if links else None,
     )
+
+
+def _told_to_localization(body: InboxBody) -> InboxBody | PoseHint:
+    """A command that names the vehicle's place is a hint for localization; the mission answers it."""
+    if isinstance(body, Command) and body.kind == "set_position" and body.pose_map is not None:
+        return PoseHint(body.command_id, body.pose_map)
+    return body

@@ -55,7 +55,7 @@ from vehicle_agent.signals.inbox import (
     Percept,
     ScanAnswer,
 )
-from vehicle_agent.signals.localizing import LocalizationJob
+from vehicle_agent.signals.localizing import LocalizationJob, PoseHint, takes_hints
 from vehicle_agent.signals.outputs import Flow, Outputs
 from vehicle_agent.signals.plans import (
     UNBOUNDED_CM,
@@ -145,6 +145,7 @@ __all__ = [
     "PlanAnswer",
     "PlanJob",
     "PlanMemory",
+    "PoseHint",
     "Predictions",
     "ReportedGear",
     "ScanAnswer",
@@ -165,4 +166,5 @@ __all__ = [
     "WatchedArea",
     "World",
     "fault_report",
+    "takes_hints",
 ]

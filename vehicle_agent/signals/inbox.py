@@ -21,11 +21,12 @@ from vehicle_agent.signals.arriving import (
     SeatSensor,
     TrackPercept,
 )
+from vehicle_agent.signals.localizing import PoseHint
 from vehicle_agent.signals.plans import PlanAnswer
 
 # What the localization worker answers.
 ScanAnswer = ScanPose | ScanUnplaced
-Navigation = GnssFix | ImuSample | ScanPose | ScanUnplaced
+Navigation = GnssFix | ImuSample | ScanPose | ScanUnplaced | PoseHint
 MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the link delivers to the tick.

@@ -5,6 +5,24 @@ import numpy as np
 
 from contract.geometry import Pose2
 
+# A slower vehicle stands: an operator may tell it where it is.
+_STANDING_MPS = 0.05
+
+
+class PoseHint(msgspec.Struct, frozen=True):
+    """An operator says where the vehicle stands.
+
+    hint_id  a repeat changes nothing
+    """
+
+    hint_id: str
+    pose_map: Pose2
+
+
+def takes_hints(speed_mps: float) -> bool:
+    """Whether a vehicle of this speed stands, so that the place that a hint names is still its own."""
+    return abs(speed_mps) < _STANDING_MPS
+
 
 class LocalizationJob(msgspec.Struct, frozen=True, tag="localization_job"):
     """Where the vehicle is by all that the tick knows; a worker compares the newest scan with its map there.

@@ -6,7 +6,7 @@ import msgspec
 
 from contract.geometry import Pose2
 from contract.wire.messages import FaultReport, Headlights, TurnSignal
-from contract.wire.reasons import FaultCode, FaultSeverity
+from contract.wire.reasons import FaultCode, FaultSeverity, LocalizationPhase
 
 
 class Fault(msgspec.Struct, frozen=True):
@@ -60,6 +60,7 @@ class Ego(msgspec.Struct, frozen=True):
     the reason.
 
     position_std_m  standard deviation of the position along its worst direction
+    phase, agreement  of localization by scans; None where none are compared with a map
     pose_stamp_ns   when the pose was last good enough to drive by, with or without a fix; 0 never
     """
 
@@ -73,6 +74,8 @@ class Ego(msgspec.Struct, frozen=True):
     pose_stamp_ns: int
     valid: bool
     faults: tuple[Fault, ...] = ()
+    phase: LocalizationPhase | None = None
+    agreement: float | None = None
 
 
 def fault_report(fault: Fault) -> FaultReport:

@@ -60,7 +60,8 @@ def _laid(poses: Array, places: tuple[NodePlace, ...]) -> Array:
     known = np.flatnonzero(np.isfinite(out[:, 0]))
     if not len(known):
         raise NotPlaced(f"The fixes do not cover {_SPAN_M_MIN:.0f} m of the drive, so the map has no place.")
-    for number in np.flatnonzero(~np.isfinite(out[:, 0])):
+    for missing in np.flatnonzero(~np.isfinite(out[:, 0])):
+        number = int(missing)
         nearest = known[np.argmin(np.abs(way[known] - way[number]))]
         out[number] = composed(out[nearest], between(poses[nearest], poses[number]))
     return out

@@ -156,7 +156,7 @@ class _System:
         size = 3 * self._nodes
         rows, columns = np.repeat(at, 6, axis=1).ravel(), np.tile(at, (1, 6)).ravel()
         matrix = csc_matrix((blocks.reshape(count, 36).ravel(), (rows, columns)), shape=(size, size))
-        gradient = np.bincount(at.ravel(), weights=gradients.ravel(), minlength=size)
+        gradient = np.bincount(at.ravel(), weights=gradients.ravel(), minlength=size).astype(np.float64)
         return matrix, gradient
 
 

@@ -10,9 +10,12 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, Pose2, compose, inverse, wrap_angle
+from contract.wire.reasons import FaultSeverity
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization, LocalizationState
-from vehicle_agent.localization.odometry_ekf import YAW, X, Y, correct_pose
+from vehicle_agent.localization.odometry_ekf import GYRO_BIAS, SCALE, SLIP, YAW, X, Y, correct_pose
+from vehicle_agent.localization.phases import PhaseRules, PhaseState, Seen, next_phase
 from vehicle_agent.localization.scan_map.localizer import ScanPrior
+from vehicle_agent.localization.worker_watch import WorkerWatch
 from vehicle_agent.signals import (
     Ego,
     Fault,
@@ -20,8 +23,11 @@ from vehicle_agent.signals import (
     ImuSample,
     LocalizationJob,
     Navigation,
+    PoseHint,
     ScanPose,
+    ScanUnplaced,
     VehicleMotion,
+    takes_hints,
 )
 from vehicle_agent.signals.pose_history import pose_at
 
@@ -34,6 +40,8 @@ class ScanMapState(msgspec.Struct, frozen=True):
     scan_ns, scan_pose  of the last scan that was believed
     others          scans in a row that say the same other place; other: T_odom of it, odometry's frame
     restarted_ns    when the pose was last set to the scans' place, 0 never
+    phase, watch    see `phases` and `worker_watch`; has_map: the worker's last answer did not miss the map
+    agreement       of the last scan; hint_id: of the last hint that was taken
     """
 
     filter: LocalizationState
@@ -44,6 +52,11 @@ class ScanMapState(msgspec.Struct, frozen=True):
     others: int = 0
     other_map_odom: Pose2 | None = None
     restarted_ns: int = 0
+    phase: PhaseState = PhaseState()
+    watch: WorkerWatch = WorkerWatch()
+    has_map: bool = True
+    agreement: float | None = None
+    hint_id: str = ""
 
     @property
     def covariance(self) -> Array:
@@ -66,7 +79,8 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     lost_std_m            deviation that is stated while the pose may be wrong: the vehicle drives slowly
     confirmed_ns, confirmed_std_m  a believed fix that is younger and a filter that is surer: not lost
     together, together_m, together_rad  scans in a row that must say the same other place, and how nearly
-    stale_ns              without a scan for so long nothing is said of being lost
+    phases                when doubt becomes being lost
+    hint_std_m, hint_std_rad  of the place that an operator names
     """
 
     gnss: GnssInsLocalization
@@ -84,6 +98,9 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     together: int = 8
     together_m: float = 0.3
     together_rad: float = 0.03
+    phases: PhaseRules = PhaseRules()
+    hint_std_m: float = 3.0
+    hint_std_rad: float = 0.3
 
     def initial(self) -> ScanMapState:
         return ScanMapState(self.gnss.initial())
@@ -93,14 +110,37 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     ) -> tuple[Ego, ScanMapState]:
         """The vehicle at `now_ns`; scans are compared with where it was at their stamps."""
         others = tuple(item for item in navigation if isinstance(item, GnssFix | ImuSample))
-        before = state.filter
+        before, restarted_ns, scan_ns = state.filter, state.restarted_ns, state.scan_ns
         ego, inner = self.gnss.step(before, motion, others, now_ns)
         moved_m = _moved_m(before, inner)
         state = msgspec.structs.replace(state, filter=inner, odometer_m=state.odometer_m + moved_m)
-        scans = [item for item in navigation if isinstance(item, ScanPose) and _is_finite(item)]
+        answers = [item for item in navigation if isinstance(item, ScanPose | ScanUnplaced)]
+        scans = [item for item in answers if isinstance(item, ScanPose) and _is_finite(item)]
         for scan in scans:
             state = self._with_scan(state, scan)
-        return self._ego(state, motion, ego, has_scans=bool(scans)), state
+        hints = [item for item in navigation if isinstance(item, PoseHint)]
+        for hint in hints:
+            state = self._with_hint(state, hint)
+        watch = state.watch.after(now_ns, asks=state.filter.fix_stamp_ns > 0, answered=bool(answers))
+        has_map = (
+            isinstance(answers[-1], ScanPose) or answers[-1].reason != "no_map" if answers else state.has_map
+        )
+        seen = Seen(
+            has_pose=state.filter.fix_stamp_ns > 0,
+            in_doubt=self.is_lost(state),
+            placed_anew=state.restarted_ns != restarted_ns,
+            agrees=state.scan_ns != scan_ns,
+            has_map=has_map and not watch.is_silent(now_ns),
+            way_m=state.odometer_m,
+        )
+        state = msgspec.structs.replace(
+            state,
+            watch=watch,
+            has_map=has_map,
+            agreement=scans[-1].agreement if scans else state.agreement if seen.has_map else None,
+            phase=next_phase(state.phase, seen, self.phases, now_ns),
+        )
+        return self._ego(state, motion, ego, is_corrected=bool(scans or hints)), state
 
     def jobs(self, state: ScanMapState) -> tuple[LocalizationJob, ...]:
         """One in each tick that knows a pose; the worker takes what it needs."""
@@ -135,7 +175,8 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     def _is_confirmed(self, state: ScanMapState) -> bool:
         inner = state.filter
         young = inner.stamp_ns - inner.fix_stamp_ns < self.confirmed_ns and not inner.disagrees_since_ns
-        return young and inner.offset_std_m < self.confirmed_std_m
+        # 0.0: the place is a hint, and no fix has been believed yet.
+        return young and 0.0 < inner.offset_std_m < self.confirmed_std_m
 
     def _with_scan(self, state: ScanMapState, scan: ScanPose) -> ScanMapState:
         inner = state.filter
@@ -206,30 +247,57 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
             other_map_odom=None, restarted_ns=now_ns,
         )  # fmt: skip
 
-    def _ego(self, state: ScanMapState, motion: VehicleMotion, ego: Ego, *, has_scans: bool) -> Ego:
-        if has_scans:
-            # A step without inputs and without time says what the corrected filter says.
-            ego, _ = self.gnss.step(state.filter, motion, (), state.filter.stamp_ns)
-        if not self.is_lost(state):
-            return ego
-        fault = Fault("pose_poor", "warning", state.filter.stamp_ns)
-        return msgspec.structs.replace(
-            ego, position_std_m=max(ego.position_std_m, self.lost_std_m), faults=(*ego.faults, fault)
+    def _with_hint(self, state: ScanMapState, hint: PoseHint) -> ScanMapState:
+        """The place that an operator names, of a vehicle that stands; a repeat changes nothing."""
+        if hint.hint_id == state.hint_id or not takes_hints(state.filter.speed_mps):
+            return state
+        found = self.hinted(state, hint.pose_map, self.hint_std_m, self.hint_std_rad)
+        return msgspec.structs.replace(found, hint_id=hint.hint_id)
+
+    def hinted(self, state: ScanMapState, pose_map: Pose2, std_m: float, std_rad: float) -> ScanMapState:
+        """The state after somebody said where the vehicle is; scans then search around it."""
+        inner, noise = state.filter, self.gnss.noise
+        mean, covariance = inner.mean.copy(), inner.covariance.copy()
+        mean[X], mean[Y], mean[YAW] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
+        covariance[:3, :], covariance[:, :3] = 0.0, 0.0
+        covariance[X, X], covariance[Y, Y], covariance[YAW, YAW] = std_m**2, std_m**2, std_rad**2
+        if inner.fix_stamp_ns == 0:
+            # A vehicle that has had no fix has learned nothing of its sensors either.
+            covariance[GYRO_BIAS, GYRO_BIAS] = noise.gyro_bias_radps_first**2
+            covariance[SCALE, SCALE], covariance[SLIP, SLIP] = noise.scale_first**2, noise.slip_s2pm_first**2
+        inner = msgspec.structs.replace(
+            inner,
+            mean=mean,
+            covariance=covariance,
+            fix_stamp_ns=inner.fix_stamp_ns or inner.stamp_ns,
+            since_fix_m=0.0,
         )
+        # The search goes on until a scan agrees.
+        return msgspec.structs.replace(state, filter=inner, doubt=1.0, others=0, other_map_odom=None)
 
-
-def hinted(state: ScanMapState, pose_map: Pose2, std_m: float, std_rad: float) -> ScanMapState:
-    """The state after an operator said where the vehicle is; scans then search around it."""
-    inner = state.filter
-    mean, covariance = inner.mean.copy(), inner.covariance.copy()
-    mean[X], mean[Y], mean[YAW] = pose_map.x_m, pose_map.y_m, pose_map.yaw_rad
-    covariance[:3, :], covariance[:, :3] = 0.0, 0.0
-    covariance[X, X], covariance[Y, Y], covariance[YAW, YAW] = std_m**2, std_m**2, std_rad**2
-    inner = msgspec.structs.replace(
-        inner, mean=mean, covariance=covariance, fix_stamp_ns=inner.fix_stamp_ns or inner.stamp_ns
-    )
-    # The search goes on until a scan agrees.
-    return msgspec.structs.replace(state, filter=inner, doubt=1.0, others=0, other_map_odom=None)
+    def _ego(self, state: ScanMapState, motion: VehicleMotion, ego: Ego, *, is_corrected: bool) -> Ego:
+        now_ns, phase = state.filter.stamp_ns, state.phase.phase
+        if is_corrected:
+            # A step without inputs and without time says what the corrected filter says.
+            ego, _ = self.gnss.step(state.filter, motion, (), now_ns)
+        faults = ego.faults
+        if state.watch.is_silent(now_ns):
+            faults = (*faults, Fault("localization_silent", "warning", state.watch.since_ns))
+        std_m, stands = ego.position_std_m, phase == "lost"
+        if phase in ("doubtful", "lost"):
+            std_m = max(std_m, self.lost_std_m)
+            if not any(fault.code == "pose_poor" and fault.severity == "stop" for fault in faults):
+                severity: FaultSeverity = "stop" if stands else "warning"
+                faults = (*faults, Fault("pose_poor", severity, state.phase.since_ns))
+        return msgspec.structs.replace(
+            ego,
+            position_std_m=std_m,
+            pose_stamp_ns=state.phase.since_ns if stands and ego.valid else ego.pose_stamp_ns,
+            valid=ego.valid and not stands,
+            faults=faults,
+            phase=phase,
+            agreement=state.agreement,
+        )
 
 
 def _moved_m(before: LocalizationState, after: LocalizationState) -> float:

@@ -137,6 +137,10 @@ class AgentFolder:
         shutil.rmtree(old, ignore_errors=True)
         return index
 
+    def remove_point_map(self) -> None:
+        """From the next start on the vehicle has GNSS/INS alone."""
+        shutil.rmtree(self.point_map, ignore_errors=True)
+
     def checked_point_map(self) -> PointMapIndex | OccupancyTilesIndex | None:
         """The index of the point map with every tile checked; None for a vehicle that has none.
 

@@ -9,8 +9,17 @@ from contract.geometry import Pose2
 from contract.roads.model import Origin
 from contract.roads.projection import unproject
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
-from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization, ScanMapState, hinted
-from vehicle_agent.signals import Ego, GnssFix, ImuSample, ScanPose, VehicleMotion
+from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization, ScanMapState
+from vehicle_agent.signals import (
+    Ego,
+    GnssFix,
+    ImuSample,
+    Navigation,
+    PoseHint,
+    ScanPose,
+    ScanUnplaced,
+    VehicleMotion,
+)
 
 ORIGIN = Origin(31.0, 121.0)
 ROOM = ScanMapLocalization(GnssInsLocalization(ORIGIN))
@@ -22,14 +31,20 @@ SLOW_FROM_M = 0.3
 class Ride:
     """A vehicle that drives east at 2 m/s; its wheels say 3 % too much."""
 
-    def __init__(self) -> None:
+    def __init__(self, speed_mps: float = SPEED_MPS) -> None:
+        self.speed_mps = speed_mps
+        self._told: list[Navigation] = []
         self.state: ScanMapState = ROOM.initial()
         self.ticks = 0
         self.ego: Ego | None = None
 
     @property
     def x_m(self) -> float:
-        return SPEED_MPS * 0.02 * self.ticks
+        return self.speed_mps * 0.02 * self.ticks
+
+    def told(self, item: Navigation) -> None:
+        """It comes with the next tick."""
+        self._told.append(item)
 
     def drive(
         self,
@@ -42,15 +57,16 @@ class Ride:
         for _ in range(round(50.0 * seconds)):
             self.ticks += 1
             now_ns = STEP_NS * self.ticks
-            items: list[GnssFix | ImuSample | ScanPose] = [ImuSample(now_ns, 0.0, 0.0)]
+            items: list[Navigation] = [ImuSample(now_ns, 0.0, 0.0), *self._told]
+            self._told = []
             if gnss:
                 latitude, longitude = unproject(ORIGIN, self.x_m, 0.0)
-                items.append(GnssFix(now_ns, latitude, longitude, 0.0, SPEED_MPS, 0.0, 0.02, 0.005))
+                items.append(GnssFix(now_ns, latitude, longitude, 0.0, self.speed_mps, 0.0, 0.02, 0.005))
             if scans and self.ticks % 5 == 0:
-                pose = Pose2(self.x_m - SPEED_MPS * 0.1 + off_m, 0.0, 0.0)
+                pose = Pose2(self.x_m - self.speed_mps * 0.1 + off_m, 0.0, 0.0)
                 covariance = np.diag([0.02**2, 0.02**2, 0.002**2])
                 items.append(ScanPose(now_ns - 5 * STEP_NS, pose, covariance, agreement, 400))
-            motion = VehicleMotion(now_ns, 1.03 * SPEED_MPS, 0.0, 0.0, 0.0, True, False, True, 1.0)
+            motion = VehicleMotion(now_ns, 1.03 * self.speed_mps, 0.0, 0.0, 0.0, True, False, True, 1.0)
             self.ego, self.state = ROOM.step(self.state, motion, tuple(items), now_ns)
         assert self.ego is not None
         return self.ego
@@ -112,7 +128,7 @@ def test_with_gnss_a_changed_world_slows_nothing_down() -> None:
 def test_a_kidnapped_pose_is_set_right_and_told(shift_m: float) -> None:
     ride = started()
     ride.drive(10.0, scans=True)
-    ride.state = hinted(ride.state, Pose2(ride.x_m + shift_m, 0.0, 0.0), 0.05, 0.01)
+    ride.state = ROOM.hinted(ride.state, Pose2(ride.x_m + shift_m, 0.0, 0.0), 0.05, 0.01)
     codes = set()
     for _ in range(20):
         ego = ride.drive(0.2, scans=True)
@@ -127,3 +143,58 @@ def test_a_scan_that_is_not_finite_is_dropped() -> None:
     ride.drive(2.0, scans=True, off_m=math.nan)
     assert ride.error_m() < 0.3
     assert np.isfinite(ride.state.covariance).all()
+
+
+def test_a_vehicle_that_stays_in_doubt_stands_and_a_place_found_again_is_told() -> None:
+    ride = started()
+    ride.drive(10.0, scans=True)
+    assert ride.drive(3.0, scans=True, agreement=0.2).phase == "doubtful"
+    ego = ride.drive(8.0, scans=True, agreement=0.2)
+    assert ego.phase == "lost"
+    assert not ego.valid
+    assert [(fault.code, fault.severity) for fault in ego.faults] == [("pose_poor", "stop")]
+    phases = [ride.drive(0.1, scans=True).phase for _ in range(60)]
+    assert "recovered" in phases
+    assert phases[-1] == "tracking"
+
+
+def test_a_worker_without_a_word_is_told_and_gnss_goes_on() -> None:
+    ride = started()
+    ego = ride.drive(3.5, gnss=True)
+    assert ego.phase == "gnss_only"
+    assert [(fault.code, fault.severity) for fault in ego.faults] == [("localization_silent", "warning")]
+    assert ego.valid
+    ego = ride.drive(2.0, gnss=True, scans=True)
+    assert ego.phase == "tracking"
+    assert ego.faults == ()
+
+
+def test_where_the_map_has_nothing_gnss_goes_on_without_a_fault() -> None:
+    ride = started()
+    for _ in range(40):
+        ride.told(ScanUnplaced(STEP_NS * ride.ticks, "no_map"))
+        ego = ride.drive(0.1, gnss=True)
+    assert ego.phase == "gnss_only"
+    assert ego.faults == ()
+
+
+def test_a_hint_places_a_vehicle_that_never_had_a_fix() -> None:
+    ride = Ride(speed_mps=0.0)
+    assert ride.drive(1.0).phase == "waiting"
+    ride.told(PoseHint("hint-1", Pose2(1.5, -1.0, 0.1)))
+    assert ride.drive(0.5).phase == "doubtful"
+    ego = ride.drive(3.0, scans=True)
+    assert ego.phase in ("recovered", "tracking")
+    assert ride.error_m() < 0.1
+    assert ego.valid
+    # A repeat of the same hint changes nothing.
+    ride.told(PoseHint("hint-1", Pose2(50.0, 0.0, 0.0)))
+    ride.drive(0.1)
+    assert ride.error_m() < 0.1
+
+
+def test_a_moving_vehicle_takes_no_hint() -> None:
+    ride = started()
+    ride.told(PoseHint("hint-1", Pose2(500.0, 0.0, 0.0)))
+    ride.drive(0.1, gnss=True)
+    assert ride.error_m() < 0.3
