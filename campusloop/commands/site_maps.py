@@ -24,7 +24,7 @@ console = Console(soft_wrap=True)
 EXIT_BAD_INPUT = 2
 EXIT_NOT_WRITTEN = 3
 # Another day than those of the drives, whose seeds are small.
-SURVEY_DAY = 9_001
+SURVEY_DAY = 90_000
 
 
 def survey_laser(

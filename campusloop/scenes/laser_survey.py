@@ -129,7 +129,7 @@ class LaserSurvey:
             _, state = room.step(state, motion, tuple(items), now_ns)
             if fix is not None and tick % _FIX_TICKS == 0 and math.isfinite(fix.position_std_m):
                 fixes.append(fix)
-            found = scanner.step(now_ns, truth, None)
+            found = scanner.step(now_ns, truth)
             if found is not None:
                 scans.append(laser_scan(now_ns, found[0].astype(np.float64), laser, params.step_rad))
                 odometry.append((state.odometry.x_m, state.odometry.y_m, state.odometry.yaw_rad))

@@ -87,7 +87,7 @@ class SceneLidars:
         planar = self._planar.get(vehicle_id)
         if planar is None:
             return None
-        return planar.step(now_ns, truth, self._moving(now_ns, truth, others))
+        return planar.step(now_ns, truth, lambda: self._moving(now_ns, truth, others))
 
     def _moving(self, now_ns: int, truth: PlantView, others: Bodies) -> MovingBodies:
         apart = np.hypot(

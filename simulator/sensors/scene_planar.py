@@ -1,5 +1,7 @@
 """The planar scanner of one vehicle in a world's scene, tick by tick."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from contract.geometry import Pose2, wrap_angle
@@ -42,9 +44,12 @@ class VehiclePlanarScanner:
         self._due_ns: int | None = None
 
     def step(
-        self, now_ns: int, truth: PlantView, moving: MovingBodies | None
+        self, now_ns: int, truth: PlantView, moving_now: Callable[[], MovingBodies] | None = None
     ) -> tuple[Array32, Array32] | None:
-        """Points (n, 3) base frame at now_ns and intensities (n,) of the turn that ends now, if it is due."""
+        """Points (n, 3) base frame at now_ns and intensities (n,) of the turn that ends now, if it is due.
+
+        moving_now  what moves around; it is asked for a turn that is due. None: nothing does
+        """
         before, self._before = self._before, (now_ns, truth.pose_map)
         due_ns = now_ns if self._due_ns is None else self._due_ns
         if before is None or now_ns < due_ns:
@@ -56,7 +61,7 @@ class VehiclePlanarScanner:
         def trajectory(times_ns: np.ndarray) -> np.ndarray:
             return self._ground.poses(way.poses(times_ns), self._wheelbase_m)
 
-        scan = self.scanner.scan(trajectory, begin_ns, () if moving is None else (moving,))
+        scan = self.scanner.scan(trajectory, begin_ns, () if moving_now is None else (moving_now(),))
         if scan is None:
             return None
         speed, yaw_rate = self._rng.standard_normal(2).tolist()

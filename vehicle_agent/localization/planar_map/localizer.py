@@ -92,6 +92,8 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
         slip_ratio=0.1,
         slip_m=0.06,
         slip_rad=0.02,
+        # A lost vehicle stands, and must be found where it stands.
+        standing_evidence=0.25,
         # Things hide the walls for longer than a fit may be low: `_Hypothesis` decides when to search.
         fit_lost=0.05,
         fit_lost_width=0.02,
