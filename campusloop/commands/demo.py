@@ -67,6 +67,10 @@ def demo(
     point_map: Annotated[
         Path | None, typer.Option(help="For scans: folder of a point map; the shipped one without it.")
     ] = None,
+    campus_sky: Annotated[
+        bool,
+        typer.Option("--campus-sky", help="Headless: buildings hide satellites and reflect their signals."),
+    ] = False,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -83,6 +87,8 @@ def demo(
         points = chosen_point_map(localization, profile, point_map, campus_map, has_scene=scene)
         prepare_kernels(for_campus(chosen.stack, by_scans=points is not None), console)
         surroundings = scene_of_run(seed) if scene else None
+        if campus_sky and (not headless or begin):
+            raise CampusStartError("--campus-sky is for the rides of --headless")
         if headless and begin and end:
             if points is not None:
                 raise LocalizationMapError(
@@ -104,6 +110,7 @@ def demo(
                 plant_seed,
                 surroundings,
                 points,
+                campus_sky,
             )
             return
         options = LiveOptions(
@@ -182,6 +189,7 @@ def _headless(
     plant_seed: int | None,
     scene: SceneOptions | None,
     point_map: Path | None,
+    campus_sky: bool,
 ) -> None:
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
@@ -196,6 +204,7 @@ def _headless(
         plant_seed=plant_seed,
         scene=scene,
         point_map=point_map,
+        campus_sky=campus_sky,
     )
     result = run_headless(options, rides, console)
     for failure in result.failures:

@@ -1,5 +1,6 @@
 """One vehicle in virtual time: the computer, gate and link bridge of a real one, wired to the simulator."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.tick_process import TickUpdateWriter
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
-from vehicle_agent.signals import LinkMessage, Outputs, Task
+from vehicle_agent.signals import Ego, LinkMessage, Outputs, Task
 from vehicle_agent.stacks.choice import build_car, checked_localization_map
 
 
@@ -53,7 +54,7 @@ class VirtualVehicle:
     """`boot` starts a computer, `crash` ends it; the disk stays.
 
     happened: every event with the time of its tick; times: of every room; outputs: of the last tick.
-    wired: its computer and gate, and the simulated bus.
+    wired: its computer and gate, and the simulated bus. position_errors_m: of each tick with a valid pose.
     """
 
     def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
@@ -77,6 +78,7 @@ class VirtualVehicle:
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []
         self.outputs: Outputs | None = None
+        self.position_errors_m: list[float] = []
         self._tracing = None if setup.spans is None else _Tracing(setup.spans, setup.vehicle_id)
 
     def boot(self, now_ns: int) -> None:
@@ -144,6 +146,7 @@ class VirtualVehicle:
         mission = wired.computer.state.mission
         self.times.whole.append(wired.tick_wall_ns)
         self.outputs = outputs
+        self._note_position_error(outputs.flow.ego)
         self._show_route(outputs.flow.task, mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)
         if self._tracing is not None:
@@ -153,6 +156,14 @@ class VirtualVehicle:
             self._bridge.process_update(update, now_ns)
         self.run_log.write(wired.computer.entries)
         self.link.step(now_ns)
+
+    def _note_position_error(self, ego: Ego) -> None:
+        """How far the vehicle is from where it says, while it says that it knows."""
+        if ego.valid:
+            truth = self._world.truth(self.setup.vehicle_id).pose_map
+            self.position_errors_m.append(
+                math.hypot(ego.pose_map.x_m - truth.x_m, ego.pose_map.y_m - truth.y_m)
+            )
 
     def _trace(self, tracing: "_Tracing", outputs: Outputs, memory: MissionMemory, utc_ns: int) -> None:
         tracing.link.answered(outputs.answers, utc_ns)
