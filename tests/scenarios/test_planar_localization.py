@@ -1,4 +1,4 @@
-"""The NUS stack drives by its planar laser on the shipped occupancy map, without GNSS, and replays exactly."""
+"""The NUS stack drives by its planar laser on the shipped map, without GNSS, and replays exactly."""
 
 import math
 from pathlib import Path
