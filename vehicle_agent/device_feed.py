@@ -47,7 +47,8 @@ DeviceValue = (
 HOST = "127.0.0.1"
 DATAGRAM_BYTES_MAX = 60_000
 SLOTS = 4
-POINTS_MAX = 32_768
+# Four XT16 with one return turn by 32,000 points each.
+POINTS_MAX = 131_072
 _FLOATS_A_POINT = 4
 _SLOT_HEADER = struct.Struct("<qqq")
 _SLOT_BYTES = _SLOT_HEADER.size + POINTS_MAX * _FLOATS_A_POINT * 4
@@ -64,10 +65,11 @@ class DeviceValues(msgspec.Struct, frozen=True, tag="device_values"):
 
 
 class ScanReady(msgspec.Struct, frozen=True, tag="scan_ready"):
-    """To the perception worker: scan `number` is in its slot of the scan ring."""
+    """To the workers: scan `number` is in its slot of the scan ring. left_out: points that had no room."""
 
     number: int
     stamp_ns: int
+    left_out: int = 0
 
 
 class DeviceOutputs(msgspec.Struct, frozen=True, tag="device_outputs"):
@@ -178,15 +180,22 @@ class ScanRing:
                 _SLOT_HEADER.pack_into(self._map, slot * _SLOT_BYTES, -1, 0, 0)
 
     def write(self, number: int, stamp_ns: int, points_base: Array32, intensities: Array32) -> ScanReady:
-        """Writes a scan: points_base (n, 3), intensities (n,); points beyond POINTS_MAX are left out."""
-        count = min(len(points_base), POINTS_MAX)
+        """Writes a scan: points_base (n, 3), intensities (n,).
+
+        Of more than POINTS_MAX points some are left out, evenly, so that no side of the vehicle is blind.
+        """
+        left_out = max(0, len(points_base) - POINTS_MAX)
+        if left_out:
+            chosen = np.arange(POINTS_MAX) * len(points_base) // POINTS_MAX
+            points_base, intensities = points_base[chosen], intensities[chosen]
+        count = len(points_base)
         offset = number % SLOTS * _SLOT_BYTES
         _SLOT_HEADER.pack_into(self._map, offset, -1, stamp_ns, count)
         rows = self._rows(offset, count)
-        rows[:, :3] = points_base[:count]
-        rows[:, 3] = intensities[:count]
+        rows[:, :3] = points_base
+        rows[:, 3] = intensities
         _SLOT_HEADER.pack_into(self._map, offset, number, stamp_ns, count)
-        return ScanReady(number, stamp_ns)
+        return ScanReady(number, stamp_ns, left_out)
 
     def read(self, ready: ScanReady) -> tuple[Array32, Array32] | None:
         """Copies of points (n, 3) and intensities (n,); None if the slot holds another scan by now."""

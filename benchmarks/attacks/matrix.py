@@ -25,7 +25,8 @@ SCOPE_SETS: tuple[tuple[Scope, ...], ...] = (
 )
 
 PUBLIC = """get_campus list_stops get_campus_map find_ride look_for_ride get_timetable sign_in get_health
-get_readiness get_notice_key get_stop_board get_stop_code"""
+get_readiness get_notice_key get_stop_board get_stop_code
+list_current_announcements"""
 # By a link; by a code; by a signature: everybody may try, and only the holder gets anything.
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
 ask_for_notices stop_notices get_series cancel_series cancel_series_day"""
@@ -39,6 +40,7 @@ confirm_second_factor check_second_factor"""
 GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         """list_rides get_ride_record explain_ride ride_history list_series get_service list_closures
+        list_announcements
         get_service_trips get_timetable_version get_travel_times list_vehicles get_vehicle
         get_vehicle_shifts list_incidents get_segment list_runs
         get_run get_run_scenes get_run_map get_run_marks get_run_onboard get_scene list_recordings
@@ -51,7 +53,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     ("incident_history read_shift_log", frozenset(ROLES), ""),
     (
         """cancel_ride_by_operator change_destination_by_operator cancel_series_by_operator close_road
-        lift_closure preview_closure announce_in_vehicle reassign_rides book_for_caller""",
+        lift_closure preview_closure make_announcement end_announcement
+        announce_in_vehicle reassign_rides book_for_caller""",
         frozenset({"dispatcher"}),
         "drive",
     ),

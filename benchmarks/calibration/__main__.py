@@ -17,12 +17,12 @@ import numpy as np
 from benchmarks.calibration.corner import View, simulated_rig
 from benchmarks.reporting.report import Row, RunReport, Value
 from contract.geometry import Array
+from contract.transforms import apart
 from workshop.calibration.calibrate import calibrate
 from workshop.calibration.errors import CalibrationError
 from workshop.calibration.registration import surfaces_of
 from workshop.calibration.residuals import residual
 from workshop.calibration.rigs import load_rig
-from workshop.calibration.transforms import apart
 from workshop.clouds import bags
 from workshop.clouds.recordings import READERS
 

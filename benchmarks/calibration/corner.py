@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 
 from contract.geometry import Array
+from contract.transforms import transform_of
 from vehicle_agent.lidar.models import HESAI, PANDAR64, VLP16, VLP32C, XT16, XT32, LidarModel
-from workshop.calibration.transforms import transform_of
 
 View = Literal["corner", "one_wall", "street"]
 _MODELS = (VLP16, VLP32C, XT16, XT32, PANDAR64)

@@ -57,6 +57,22 @@ def campus_way(road_map: RoadMap, km: float, speed_mps: float, rng: np.random.Ge
     return _smoothed(np.concatenate(pieces), np.array(stops_m), speed_mps)
 
 
+def beside(way: Way, way_m: float, left_m: float, *, back: bool) -> Way:
+    """The first metres of a way, driven so far to the left of it; `back`: from its end to its beginning."""
+    count = round(way_m / SPACING_M) + 1
+    points, course = way.points[:count], way.course_rad[:count]
+    shifted = points + left_m * np.column_stack((-np.sin(course), np.cos(course)))
+    # Inside a narrow turn the shifted line runs backwards.
+    steps = np.diff(shifted, axis=0)
+    forward = (steps * np.diff(points, axis=0)).sum(axis=1) > 0.0
+    shifted = shifted[np.concatenate(([True], forward))]
+    stops_m = way.stops_m[way.stops_m < way_m]
+    if back:
+        shifted, stops_m = shifted[::-1], way_m - stops_m[::-1]
+    length_m = float(np.hypot(*np.diff(shifted, axis=0).T).sum())
+    return _smoothed(shifted, stops_m * length_m / way_m, float(way.speed_mps.max()))
+
+
 def _smoothed(points: Array, stops_m: Array, speed_mps: float) -> Way:
     apart = np.hypot(*np.diff(points, axis=0).T) > 1e-6
     points = points[np.concatenate(([True], apart))]

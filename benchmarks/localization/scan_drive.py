@@ -1,5 +1,6 @@
 """Scan-to-map localization along a way: the map of another day's drive, this day's scans and their worker."""
 
+import dataclasses
 import math
 import time
 from collections import deque
@@ -44,37 +45,60 @@ MAP_DAY = 9_000
 _DELAY_TICKS = 5
 _PARAMS = CloudMappingParams(lever_sensor_m=(-MOUNT_M[0], -MOUNT_M[1], -MOUNT_M[2]))
 # A kidnapped estimate is somewhere else, as sure as before.
-_KIDNAP_FROM_TICK, _KIDNAP_EVERY_TICKS = 3_000, 2_000
+_KIDNAP_FROM_TICK, _KIDNAP_EVERY_TICKS = 3_000, 1_100
 _KIDNAP_M, _KIDNAP_RAD = (1.0, 8.0), 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanConditions:
-    """receiver: as for the other rows; changes: of the world since the map's day; kidnaps: now and then."""
+    """One row: receiver, as for the other rows; changes of the world since the map's day; the way driven.
 
+    lane   "same" as on the map's day, "other" to the left of it, or "opposite": the other one, and back
+    kidnaps  now and then, without GNSS
+    """
+
+    name: str
     receiver: Conditions
     changes: WorldChanges
+    lane: str = "same"
     kidnaps: bool = False
 
-    @property
-    def name(self) -> str:
-        return f"{self.receiver.name}, scan map{', changed world' if self.changes.works else ''}" + (
-            ", kidnapped" if self.kidnaps else ""
-        )
+    def on_day(self, day: int) -> "ScanConditions":
+        """The same with changes of another seed."""
+        changes = dataclasses.replace(self.changes, seed=self.changes.seed + 1000 * day)
+        return dataclasses.replace(self, changes=changes)
 
 
 _OUTAGES = Conditions("300 m outages", outage_m=300.0, outage_every_m=600.0)
+_SILENT = Conditions("no GNSS")
+_MOSTLY_SILENT = Conditions("450 m outages", outage_m=450.0, outage_every_m=600.0)
+_CHANGED = WorldChanges(
+    seed=78,
+    buildings_altered_ratio=0.15,
+    trees_felled_ratio=0.1,
+    parked_ratio=0.5,
+    trucks_ratio=0.4,
+    works=20,
+)
+_TRUCKS = WorldChanges(
+    seed=80,
+    buildings_altered_ratio=0.15,
+    trees_felled_ratio=0.2,
+    parked_ratio=0.9,
+    trucks_ratio=0.8,
+    works=40,
+)
 SCAN_CONDITIONS = (
-    ScanConditions(_OUTAGES, WorldChanges(seed=77)),
-    ScanConditions(
-        _OUTAGES,
-        WorldChanges(
-            seed=78, buildings_altered_ratio=0.15, trees_felled_ratio=0.1, parked_ratio=0.5, trucks_ratio=0.4,
-            works=20,
-        ),
-    ),
-    ScanConditions(Conditions("no GNSS"), WorldChanges(seed=79), kidnaps=True),
-)  # fmt: skip
+    ScanConditions("scan map", _OUTAGES, WorldChanges(seed=77)),
+    ScanConditions("scan map, changed world", _OUTAGES, _CHANGED),
+    ScanConditions("scan map, changed world, other lane", _OUTAGES, _CHANGED, lane="other"),
+    ScanConditions("scan map, changed world, opposite direction", _OUTAGES, _CHANGED, lane="opposite"),
+    ScanConditions("scan map, kidnapped", _SILENT, WorldChanges(seed=79), kidnaps=True),
+    ScanConditions("scan map, changed world, kidnapped", _SILENT, _CHANGED, kidnaps=True),
+)
+TRUCKS = ScanConditions("scan map, trucks", _OUTAGES, _TRUCKS)
+# Of long tests for false alarms: GNSS, which silences alarms, is there for a quarter of the way.
+DAY = ScanConditions("scan map, changed world, further day", _MOSTLY_SILENT, _CHANGED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

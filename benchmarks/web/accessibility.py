@@ -152,6 +152,12 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
         page.locator("main h1, main h2").first.wait_for()
         shown(place)
         if place == "service":
+            page.locator(".announcements input[required]").first.fill("今天在东侧上车")
+            page.locator(".announcements input[required]").last.fill("Board at the east side today")
+            page.locator(".announcements .button.main").click()
+            page.locator("dialog [data-preview]").first.wait_for()
+            shown("announcement-preview")
+            page.keyboard.press("Escape")
             page.get_by_role("button", name=re.compile("^(Edit the timetable|编辑时刻表)$")).click()
             page.get_by_role("button", name=re.compile("^(New trip|新班次)$")).click()
             page.locator(".trip-form").wait_for()

@@ -6,9 +6,11 @@ import ssl
 from collections.abc import Callable
 from typing import Any
 
+import httpx
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidMessage
 
+from campusloop.clients.operator_client import OperatorClient, OperatorError
 from contract.wire.codec import encode as encode_wire
 from contract.wire.messages import PresenceReport
 from simulator.control import CameraReported, Subscribe, decode_from_simulation, encode
@@ -18,8 +20,24 @@ HOST = "127.0.0.1"
 CAMERA_TOKEN = "cameras-at-crossings"
 SUBSCRIBE_EVERY_S = 5.0
 REDIAL_S = 2.0
+TOKEN_EVERY_S = 10.0
 # Older words say nothing about a crossing any more; two seconds of seven cameras at 5 Hz.
 WAITING_MAX = 70
+
+
+async def camera_token(
+    operator: OperatorClient, report: Callable[[str], None], every_s: float = TOKEN_EVERY_S
+) -> str:
+    """The secret that the cameras share, asked for until the server gives it.
+
+    Without it they see nothing, and the shuttles are slow at crossings; that is no reason to stop them.
+    """
+    while True:
+        try:
+            return await operator.make_token(CAMERA_TOKEN, "infrastructure")
+        except (httpx.TransportError, OperatorError) as error:
+            report(f"the crossings' cameras wait, for the server gives them no token: {error}")
+        await asyncio.sleep(every_s)
 
 
 class DemoCameras:

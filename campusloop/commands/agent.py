@@ -17,11 +17,13 @@ from contract.roads.load import MapError, load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
+from vehicle_agent.receivers.gnss_receiver import GnssReceiver, ReceiverError
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
+from vehicle_agent.runtime.sensors.sensors_file import SensorsError
 from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
 
 app = typer.Typer(no_args_is_help=True)
@@ -34,7 +36,9 @@ START_ERRORS = (
     MapError,
     LocalizationMapError,
     HmiDeviceError,
+    ReceiverError,
     ScreenError,
+    SensorsError,
     TracingUnavailable,
 )
 
@@ -129,6 +133,10 @@ def run(
             files.profile()
             files.road_map()
             files.screen()
+            sensors = files.sensors()
+            if sensors is not None and sensors.file.receivers:
+                # Says now what to install, and not from a process that ends again and again.
+                GnssReceiver()
             if files.checked_point_map() is not None:
                 _check_stack(files.profile().stack)
             hmi_devices = files.hmi_devices()

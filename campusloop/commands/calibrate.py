@@ -9,12 +9,12 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from contract.transforms import angles_of
 from workshop.calibration.calibrate import Calibration, calibrate
 from workshop.calibration.errors import CalibrationError
 from workshop.calibration.registration import surfaces_of
 from workshop.calibration.residuals import Residual, residual
 from workshop.calibration.rigs import SCANS_MAX, Rig, extrinsics_toml, load_rig
-from workshop.calibration.transforms import angles_of
 from workshop.clouds.errors import CloudFileError
 
 console = Console()

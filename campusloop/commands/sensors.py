@@ -14,6 +14,7 @@ from campusloop.operations.sensor_check import (
     is_live,
     listen,
     open_source,
+    open_vehicle,
 )
 from vehicle_agent.receivers.gnss_receiver import ReceiverError
 from workshop.clouds.errors import CloudFileError
@@ -47,6 +48,8 @@ def check_sensors(
         for name in sources:
             if is_live(name):
                 live.append(open_source(name))
+            elif name.endswith(".toml"):
+                live += open_vehicle(Path(name))
             else:
                 reports += check_recorded(Path(name))
         if live:

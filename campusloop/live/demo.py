@@ -14,7 +14,7 @@ import httpx
 import numpy as np
 from rich.console import Console
 
-from campusloop.clients.demo_cameras import CAMERA_TOKEN, DemoCameras
+from campusloop.clients.demo_cameras import DemoCameras, camera_token
 from campusloop.clients.demo_operator import DemoOperator
 from campusloop.clients.operator_client import OperatorError
 from campusloop.clients.passengers import Journey, Passengers, RideDemand
@@ -114,7 +114,7 @@ class LiveDemo:
         campus = self._campus
         if not any(area.kind == "crossing" for area in campus.road_map.observation_areas):
             await asyncio.Event().wait()
-        token = await campus.operator.make_token(CAMERA_TOKEN, "infrastructure")
+        token = await camera_token(campus.operator, self._say)
         tls = campus.trusted if isinstance(campus.trusted, ssl.SSLContext) else None
         port = control_port(campus.options.base_port)
         await DemoCameras(campus.origin, token, tls, port, self._say).run()

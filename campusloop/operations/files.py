@@ -3,6 +3,8 @@
 import shutil
 import ssl
 import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -20,6 +22,21 @@ from server.settings import Settings
 from server.ticket_key_file import ticket_keys_of
 
 _MIB = 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class KeyFile:
+    """One of the server's files of keys.
+
+    known_by  who holds what was made with the key, if it is lost
+    without   what happens to them then
+    """
+
+    check: str
+    path: Path
+    setting: str
+    known_by: str
+    without: str
 
 
 def check_folder(settings: Settings) -> Finding:
@@ -47,44 +64,55 @@ def check_folder(settings: Settings) -> Finding:
 
 def check_push_key(settings: Settings) -> Finding:
     """The key of messages to phones can be read, by the server's user only. Makes none."""
-    path = settings.push_key()
-    if not path.exists():
-        if (settings.var_dir / "campusloop.db").exists():
-            return warning(
-                "push key",
-                f"{path} is missing, and phones that asked for news of their rides know the former key",
-                "put the file back; with a new key these phones hear of no ride until they ask again",
-            )
-        return good("push key", f"{path}, made at the first start")
-    try:
-        identity = push_identity_of(path)
-        is_open = path.stat().st_mode & 0o077
-    except (BadKeyFile, OSError) as error:
-        return bad("push key", str(error), "put the old file back, or set CAMPUSLOOP_PUSH_KEY_FILE")
-    if is_open:
-        return warning("push key", f"{path} can be read or changed by other users", f"chmod 600 {path}")
-    return good("push key", f"{path}, public key {identity.public_key[:12]}…")
+    return _check_key(
+        settings,
+        KeyFile(
+            "push key",
+            settings.push_key(),
+            "CAMPUSLOOP_PUSH_KEY_FILE",
+            "phones that asked for news of their rides know the former key",
+            "with a new key these phones hear of no ride until they ask again",
+        ),
+        lambda path: f"{path}, public key {push_identity_of(path).public_key[:12]}…",
+    )
 
 
 def check_ticket_keys(settings: Settings) -> Finding:
     """The keys of passengers' links can be read, by the server's user only. Makes none."""
-    path = settings.ticket_keys()
+    return _check_key(
+        settings,
+        KeyFile(
+            "ticket keys",
+            settings.ticket_keys(),
+            "CAMPUSLOOP_TICKET_KEY_FILE",
+            "the database may hold rides whose links were made with it",
+            "without it the server refuses to start if there are such rides",
+        ),
+        _ticket_keys_in,
+    )
+
+
+def _ticket_keys_in(path: Path) -> str:
+    keys = ticket_keys_of(path)
+    return f"{len(keys.ids)} in {path}, newest {keys.newest_id}"
+
+
+def _check_key(settings: Settings, key: KeyFile, read: Callable[[Path], str]) -> Finding:
+    """`read` says what is in the file; it raises BadKeyFile or OSError."""
+    path = key.path
     if not path.exists():
         if (settings.var_dir / "campusloop.db").exists():
-            return warning(
-                "ticket keys",
-                f"{path} is missing, and the database may hold rides whose links were made with it",
-                "put the file back; without it the server refuses to start if there are such rides",
-            )
-        return good("ticket keys", f"{path}, made at the first start")
+            lost = f"{path} is missing, and {key.known_by}"
+            return warning(key.check, lost, f"put the file back; {key.without}")
+        return good(key.check, f"{path}, made at the first start")
     try:
-        keys = ticket_keys_of(path)
+        found = read(path)
         is_open = path.stat().st_mode & 0o077
     except (BadKeyFile, OSError) as error:
-        return bad("ticket keys", str(error), "put the old file back, or set CAMPUSLOOP_TICKET_KEY_FILE")
+        return bad(key.check, str(error), f"put the old file back, or set {key.setting}")
     if is_open:
-        return warning("ticket keys", f"{path} can be read or changed by other users", f"chmod 600 {path}")
-    return good("ticket keys", f"{len(keys.ids)} in {path}, newest {keys.newest_id}")
+        return warning(key.check, f"{path} can be read or changed by other users", f"chmod 600 {path}")
+    return good(key.check, found)
 
 
 def check_map(settings: Settings) -> Finding:

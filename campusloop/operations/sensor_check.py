@@ -1,17 +1,24 @@
 """Live sensors, listened to for some seconds: `campusloop sensors check`."""
 
 import select
+import termios
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from vehicle_agent.receivers.gnss_receiver import ReceiverError
 from vehicle_agent.runtime.devices.byte_sources import ByteSourceError, DatagramSource, StreamSource
+from vehicle_agent.runtime.sensors.addresses import Address, AddressError, address_of
+from vehicle_agent.runtime.sensors.sensors_file import SensorsError, load_sensors
+from vehicle_agent.runtime.sensors.streams import set_raw
 from workshop.sensors.gnss_source import GnssCheck
+from workshop.sensors.inertial_source import InertialCheck
 from workshop.sensors.lidar_source import PacketCheck
 from workshop.sensors.source_report import SourceReport
 
-FORMS = "lidar:udp:PORT, gnss:udp:PORT, gnss:tcp:HOST:PORT, gnss:/dev/NAME"
+FORMS = "lidar:udp:PORT; gnss: or imu: with udp:PORT, tcp:HOST:PORT or /dev/NAME; a sensors.toml"
 
 
 class SourceNameError(Exception):
@@ -26,6 +33,10 @@ class Check(Protocol):
     def report(self, name: str) -> SourceReport: ...
 
 
+# Of a byte stream, by the kind of its sensor.
+CHECKS: dict[str, Callable[[], Check]] = {"gnss:": GnssCheck, "imu:": InertialCheck}
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LiveSource:
     """One source that is open."""
@@ -37,7 +48,7 @@ class LiveSource:
 
 def is_live(name: str) -> bool:
     """Whether this names a live source, not a file."""
-    return name.startswith(("lidar:", "gnss:"))
+    return name.startswith(("lidar:", *CHECKS))
 
 
 def open_source(name: str) -> LiveSource:
@@ -46,15 +57,53 @@ def open_source(name: str) -> LiveSource:
         match name.split(":"):
             case ["lidar", "udp", port] if port.isdigit():
                 return LiveSource(name, DatagramSource(int(port)), PacketCheck())
-            case ["gnss", "udp", port] if port.isdigit():
-                return LiveSource(name, DatagramSource(int(port)), GnssCheck())
-            case ["gnss", "tcp", host, port] if port.isdigit():
-                return LiveSource(name, StreamSource.connected(host, int(port)), GnssCheck())
-            case ["gnss", device] if device.startswith("/"):
-                return LiveSource(name, StreamSource.device(device), GnssCheck())
+            case ["gnss" | "imu" as kind, *_]:
+                address = address_of(name, name.partition(":")[2])
+                return LiveSource(name, _opened(address), CHECKS[f"{kind}:"]())
+    except AddressError as error:
+        raise SourceNameError(str(error)) from error
     except (ByteSourceError, ReceiverError) as error:
         raise SourceNameError(f"{name}: {error}") from error
     raise SourceNameError(f"{name} names no source; there are: {FORMS}")
+
+
+def open_vehicle(path: Path) -> list[LiveSource]:
+    """The sources of a vehicle's sensors.toml; SourceNameError. Its agent must not run: it has them open."""
+    try:
+        settings = load_sensors(path)
+    except SensorsError as error:
+        raise SourceNameError(str(error)) from error
+    if settings is None:
+        raise SourceNameError(f"{path} is no file")
+    opened: list[LiveSource] = []
+    try:
+        for lidar in settings.lidars:
+            check = PacketCheck(lidar.model)
+            opened.append(LiveSource(lidar.name, DatagramSource(lidar.port), check))
+        for name, address in settings.addresses.items():
+            made = GnssCheck() if name in settings.file.receivers else InertialCheck()
+            opened.append(LiveSource(name, _opened(address), made))
+    except (ByteSourceError, ReceiverError) as error:
+        for live in opened:
+            live.source.close()
+        raise SourceNameError(f"{path}: {error}; does the vehicle's agent run?") from error
+    return opened
+
+
+def _opened(address: Address) -> DatagramSource | StreamSource:
+    """Raises ByteSourceError."""
+    if address.kind == "udp":
+        return DatagramSource(address.port)
+    if address.kind == "tcp":
+        return StreamSource.connected(address.host, address.port)
+    source = StreamSource.device(address.path)
+    if address.baud:
+        try:
+            set_raw(source.fileno(), address.baud)
+        except termios.error as error:
+            source.close()
+            raise ByteSourceError(f"{address.path} is no serial device ({error})") from error
+    return source
 
 
 def listen(sources: list[LiveSource], seconds: float) -> list[SourceReport]:

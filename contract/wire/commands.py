@@ -33,6 +33,9 @@ class Command(Message, frozen=True, tag="command"):
     text     announcement, reason of a hold, note of a mark or name of a recording
     pose_map  of `set_position`: where the vehicle stands and looks, in the map's frame
     made_ns  when it was given, by the server's clock; 0 if that is not known
+    text_zh  an announcement in Chinese, `text` then being English; "" for one in a single language
+    shown_until_ns  until when an announcement stays on the screens, by the server's clock; 0: it is only
+             said. One with an empty text takes down what they show
     """
 
     epoch: Count
@@ -40,6 +43,8 @@ class Command(Message, frozen=True, tag="command"):
     kind: CommandKind
     text: LongText = ""
     made_ns: StampNs = 0
+    text_zh: LongText = ""
+    shown_until_ns: StampNs = 0
     pose_map: Pose2 | None = None
 
 

@@ -1,10 +1,13 @@
 """Every router, and the application made of them without the services that `app.py` adds."""
 
+from functools import cache
 from typing import Any
 
 from fastapi import APIRouter, FastAPI
+from starlette.routing import BaseRoute
 
 from server.api import problems
+from server.api.announcements import routes as announcements
 from server.api.audit import routes as audit
 from server.api.basic import routes as basic
 from server.api.campus import boards, travel_times
@@ -61,8 +64,24 @@ def bare_app(**options: Any) -> FastAPI:
         openapi_url=f"{PREFIX}/openapi.json",
         docs_url=None,  # the interactive pages load foreign scripts, which our policy forbids
         redoc_url=None,
+        routes=list(_routes()),
         **options,
     )
+    problems.install(app)
+    document: dict[str, Any] = {}
+
+    def openapi() -> dict[str, Any]:
+        if not document:
+            document.update(openapi_of(app, VERSION))
+        return document
+
+    app.openapi = openapi  # type: ignore[method-assign]
+    return app
+
+
+@cache
+def _routes() -> tuple[BaseRoute, ...]:
+    """Every endpoint and socket, made once a process: they know no application, and take longest to make."""
     api = APIRouter(prefix=PREFIX, max_body_size=REQUEST_BYTES_MAX)
     for router in (
         campus.router,
@@ -77,6 +96,7 @@ def bare_app(**options: Any) -> FastAPI:
         series.router,
         service.router,
         timetables.router,
+        announcements.router,
         closures.router,
         travel_times.router,
         sessions.router,
@@ -102,8 +122,9 @@ def bare_app(**options: Any) -> FastAPI:
         metrics.router,
     ):
         api.include_router(router)
-    app.include_router(api)
-    app.include_router(basic.router)
+    root = APIRouter()
+    root.include_router(api)
+    root.include_router(basic.router)
     for router in (
         vehicle.router,
         board.router,
@@ -111,14 +132,5 @@ def bare_app(**options: Any) -> FastAPI:
         developer.router,
         infrastructure.router,
     ):
-        app.include_router(router)
-    problems.install(app)
-    document: dict[str, Any] = {}
-
-    def openapi() -> dict[str, Any]:
-        if not document:
-            document.update(openapi_of(app, VERSION))
-        return document
-
-    app.openapi = openapi  # type: ignore[method-assign]
-    return app
+        root.include_router(router)
+    return tuple(root.routes)

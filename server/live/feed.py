@@ -97,6 +97,7 @@ class SceneFeed:
         self._shapes: RouteShapes | None = None
         self._chargers: frozenset[str] = frozenset()
         self._standing: list[asyncio.Task[None]] = []
+        self._news = asyncio.Event()
 
     async def start(self) -> None:
         readers = [
@@ -126,7 +127,17 @@ class SceneFeed:
         finally:
             self._watchers -= 1
 
+    @property
+    def news(self) -> asyncio.Event:
+        """Set when something has happened that an operator should see before the next regular message: a
+        vehicle stops, holds or opens its doors, a ride or an incident changes. Each is another event."""
+        return self._news
+
     # ---------------------------------------------------------------- inside
+
+    def _tell(self) -> None:
+        self._news.set()
+        self._news = asyncio.Event()
 
     def _take(self, topic: str, payload: bytes) -> None:
         match topic.split("/")[2:]:
@@ -155,6 +166,8 @@ class SceneFeed:
         if known is None or (status.visit_id, status.aboard) != (known.visit_id, known.aboard):
             self._stale.vehicles.add(vehicle_id)
         self.board.put_vehicle(with_status(scene, status, ms_of(self._clock.now())))
+        if known is None or _conduct(status) != _conduct(known):
+            self._tell()
 
     def _put_presence(self, payload: bytes) -> None:
         report = msgspec.json.decode(payload, type=_PresenceFields)
@@ -199,6 +212,8 @@ class SceneFeed:
         present = {view.vehicle.vehicle_id for view in reading.vehicles}
         for vehicle_id in set(board.vehicles if stale.everything else stale.vehicles) - present:
             board.remove_vehicle(vehicle_id)
+        if stale.incidents or stale.rides or stale.vehicles:
+            self._tell()
 
     def _show_map(self, network: RoadNetwork | None) -> None:
         self.board.map_version = "" if network is None else network.map_version
@@ -215,6 +230,11 @@ class SceneFeed:
         if held is not None and held.status is not None:
             scene = _with_newer_status(scene, held, held.status)
         self.board.put_vehicle(scene)
+
+
+def _conduct(status: Status) -> tuple[object, ...]:
+    """What a vehicle does, without where it is."""
+    return status.mode, status.doors_open, status.hold_reason, status.faults
 
 
 def _topics_shown(campus_id: str) -> tuple[tuple[str, str], ...]:

@@ -14,7 +14,7 @@ from server.dispatch.solve import Budget
 from server.domain.errors import LeaseLost
 from server.supervision.standing_tasks import PeriodicTask
 from server.supervision.steps import run_steps, run_together
-from server.usecases.fleet import charging, closures, interventions
+from server.usecases.fleet import announcements, charging, closures, interventions
 from server.usecases.orders import sections
 from server.usecases.planning import plans, promises, relocation
 from server.usecases.planning.decisions import SearchSettings
@@ -39,6 +39,7 @@ RELOCATION_PERIODS = 15
 _FRUITLESS_MAX = 2
 _EVERY_PERIOD: tuple[Callable[[UnitOfWork], object], ...] = (
     closures.update_closures,
+    announcements.begin_due,
     lost_vehicles.rescue_riders,
     interventions.end_holds,
     plans.assign_waiting,

@@ -37,6 +37,7 @@ from server.store.planning.decisions import SqlDecisionRepository
 from server.store.planning.departures import SqlDepartureRepository
 from server.store.planning.plans import SqlPlanRepository
 from server.store.planning.travel_time_factors import SqlTravelTimeFactorRepository
+from server.store.record.announcements import SqlAnnouncementRepository
 from server.store.record.answers import SqlAnswerRepository
 from server.store.record.audit import SqlAuditRepository
 from server.store.record.events import SqlEventRepository
@@ -67,6 +68,7 @@ from server.usecases.ports.plans import (
     TravelTimeFactorRepository,
 )
 from server.usecases.ports.records import (
+    AnnouncementRepository,
     AnswerRepository,
     AuditRepository,
     IdentityRepository,
@@ -182,6 +184,7 @@ class SqlUnitOfWork:
             connection, campus_id, lock
         )
         self.events: EventRepository = self._events
+        self.announcements: AnnouncementRepository = SqlAnnouncementRepository(connection, campus_id, lock)
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
         self.recordings: RecordingRepository = SqlRecordingRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)

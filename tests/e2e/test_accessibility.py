@@ -16,4 +16,4 @@ def test_every_state_is_accessible(browser: Browser, server: ServerProcess) -> N
     audit = Audit(browser, server, None)
     audit.run(LOOKS)
     assert list(rows_of(audit.violations)) == []
-    assert audit.states == 66
+    assert audit.states == 68

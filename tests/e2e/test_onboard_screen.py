@@ -17,6 +17,7 @@ from tests.e2e.onboard_screen import OnboardScreen
 from tests.e2e.server_process import CAMPUS_MAP
 from tests.e2e.targets import small_targets
 from tests.vehicle_agent.onboard.cabin_views import a_cabin_view, a_cabin_visit, a_status
+from vehicle_agent.mission.memory import StandingAnnouncement
 from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.signals import CodeTyped, DestinationChoice, HelpButton, SeatButton
 
@@ -95,6 +96,23 @@ def test_it_shows_where_the_shuttle_goes_what_it_sees_and_why_it_slows(open_scre
     expect(page.locator(".facts")).to_contain_text("people, whom it lets pass")
     expect(page.locator(".facts")).to_contain_text("2, yields to 1")
     expect(page.get_by_text("Operators connected")).to_be_visible()
+
+
+def test_an_announcement_of_the_operators_stays_below_what_is_said_until_it_ends(
+    open_screen: Any, screen: OnboardScreen
+) -> None:
+    page = open_screen()
+    expect(page.get_by_text("Operators connected")).to_be_visible()
+    shown = StandingAnnouncement("Board at the east side", "在东侧上车", 2**62)
+    screen.view = msgspec.structs.replace(a_drive(), shown=shown)
+    expect(page.locator(".standing")).to_have_text("Board at the east side")
+    screen.say_once(msgspec.structs.replace(screen.view, announce="Next stop: Library."))
+    expect(page.locator(".said")).to_have_text("Next stop: Library.")
+    expect(page.locator(".standing")).to_be_visible()
+    page.get_by_role("button", name="中文").click()
+    expect(page.locator(".standing")).to_have_text("在东侧上车")
+    screen.view = a_drive()
+    expect(page.locator(".standing")).to_have_count(0)
 
 
 def test_a_seat_button_an_announcement_and_its_answer(open_screen: Any, screen: OnboardScreen) -> None:

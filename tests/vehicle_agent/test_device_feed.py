@@ -125,11 +125,29 @@ def test_a_scan_that_was_overwritten_is_not_read_as_another(tmp_path: Path) -> N
     assert ring.read(ScanReady(SLOTS, SLOTS + 1)) is not None
 
 
-def test_more_points_than_a_slot_holds_are_left_out(tmp_path: Path) -> None:
+def test_four_lidars_fit_into_a_slot(tmp_path: Path) -> None:
     ring = ScanRing(tmp_path / "s1.scans", create=True)
-    read = ring.read(ring.write(0, 1, *a_scan(POINTS_MAX + 10)))
+    ready = ring.write(0, 1, *a_scan(4 * 32_000))
+    read = ring.read(ready)
+    assert read is not None
+    assert len(read[0]) == 4 * 32_000
+    assert ready.left_out == 0
+
+
+def test_of_more_points_than_a_slot_holds_some_of_each_side_are_left_out_and_it_is_said(
+    tmp_path: Path,
+) -> None:
+    ring = ScanRing(tmp_path / "s1.scans", create=True)
+    points, intensities = a_scan(POINTS_MAX + 5_000)
+    ready = ring.write(0, 1, points, intensities)
+    read = ring.read(ready)
     assert read is not None
     assert len(read[0]) == POINTS_MAX
+    assert ready.left_out == 5_000
+    # The last points are of another side than the first.
+    assert np.array_equal(read[0][0], points[0])
+    kept_of_last = np.isin(points[-1_000:, 0], read[0][:, 0])
+    assert 0.9 < kept_of_last.mean() < 1.0
 
 
 def test_a_missing_ring_is_refused_with_what_to_do(tmp_path: Path) -> None:

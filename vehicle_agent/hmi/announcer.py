@@ -130,7 +130,7 @@ class Announcer(msgspec.Struct, frozen=True):
         """The occasions for a sentence now: (kind, key, text, rank)."""
         occasions: list[_Occasion] = []
         if task.announced_ns > state.announced_ns and task.announcement:
-            text = (task.announcement, task.announcement)
+            text = (task.announcement, task.announcement_zh or task.announcement)
             occasions.append(("operator", str(task.announced_ns), text, NEWS))
         if guard_status.mode in ("minimal_risk", "fault"):
             occasions.append(("safety stop", str(task.resumed_ns), texts.SAY_SAFETY_STOP, WARNING))

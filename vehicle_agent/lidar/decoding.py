@@ -16,6 +16,12 @@ def model_of(packet: bytes) -> LidarModel:
     )
 
 
+def kind_of(packet: bytes) -> tuple[LidarModel, int]:
+    """Model and return mode: packets in which both are the same are decoded together. PacketError."""
+    model = model_of(packet)
+    return model, velodyne.mode_of(packet) if model.maker == VELODYNE else hesai.mode_of(packet, model)
+
+
 def decode_packets(data: list[bytes], model: LidarModel) -> Packets:
     """These packets of one model, at least one; PacketError for the first one that is wrong."""
     return velodyne.decode(data, model) if model.maker == VELODYNE else hesai.decode(data, model)

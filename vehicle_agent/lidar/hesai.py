@@ -73,6 +73,14 @@ def model_of(packet: bytes) -> LidarModel:
     raise PacketError("unknown_model", f"Hesai header {packet[:8].hex()} is not known")
 
 
+def mode_of(packet: bytes, model: LidarModel) -> int:
+    """The byte of the return mode; PacketError for a packet that ends before it."""
+    at = _KINDS[model.name].return_mode
+    if len(packet) <= at:
+        raise PacketError("cut_packet", f"{len(packet)} bytes end before the return mode")
+    return packet[at]
+
+
 def decode(data: list[bytes], model: LidarModel) -> Packets:
     """These packets, at least one, all of one return mode; PacketError."""
     kind = _KINDS[model.name]

@@ -61,6 +61,22 @@ class Packets:
     sensor_time_period_ns: int
 
 
+def each_of(packets: Packets) -> list[Packets]:
+    """The packets one by one; their arrays are views."""
+    return [
+        Packets(
+            packets.model,
+            packets.azimuths_cdeg[k : k + 1],
+            packets.distances[k : k + 1],
+            packets.intensities[k : k + 1],
+            packets.sensor_ns[k : k + 1],
+            packets.returns,
+            packets.sensor_time_period_ns,
+        )
+        for k in range(len(packets.sensor_ns))
+    ]
+
+
 def blocks_of(
     data: list[bytes], layout: PacketLayout
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

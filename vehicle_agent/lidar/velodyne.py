@@ -36,6 +36,11 @@ def model_of(packet: bytes) -> LidarModel:
     return model
 
 
+def mode_of(packet: bytes) -> int:
+    """The byte of the return mode, of a packet whose size is right."""
+    return packet[_RETURN_MODE]
+
+
 def decode(data: list[bytes], model: LidarModel) -> Packets:
     """These packets, at least one, all of one return mode; PacketError."""
     raw, azimuths, distances, intensities = blocks_of(data, LAYOUT)

@@ -51,6 +51,7 @@ class LocalizationState(msgspec.Struct, frozen=True):
     disagreement        where the last one of them was beside the pose, m, in the map frame
     standing_ns         since when the wheels stand, 0: they turn
     invalid_ns          when a value was last not finite, 0 never
+    invalid_since_ns    since when values have been so, again and again
     no_solution_ns      when the receiver last said that it has no solution, 0 never
     """
 
@@ -75,6 +76,7 @@ class LocalizationState(msgspec.Struct, frozen=True):
     standing_ns: int = 0
     jump_since_ns: int = 0
     invalid_ns: int = 0
+    invalid_since_ns: int = 0
     no_solution_ns: int = 0
 
     @property
@@ -95,7 +97,8 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
     restart_soon_ns, blind_m  the same after an outage of blind_m and more: odometry is good for less then
     together_m        how far they may wander meanwhile
     outage_m_max      farther without a believed fix, no deviation is small enough (`pose_stale`)
-    nonsense_ns_max   so long without a believed fix, values that are not finite stop the vehicle
+    nonsense_ns_max   values that are not finite, again and again for so long without a believed fix, stop
+                      the vehicle
     history_ns        latest fix that can be placed
     still_ns          the wheels stand for so long: the gyroscope shows its bias
     still_gyro_radps  what else it shows then, as a deviation of one sample
@@ -139,7 +142,9 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
         measured = sum(isinstance(item, GnssFix | ImuSample) for item in navigation)
         if len(fixes) + len(samples) < measured:
             # A value that is not finite would stay in the pose for ever.
-            state = msgspec.structs.replace(state, invalid_ns=now_ns)
+            again = state.invalid_ns and now_ns - state.invalid_ns <= self.nonsense_ns_max
+            since_ns = state.invalid_since_ns if again else now_ns
+            state = msgspec.structs.replace(state, invalid_ns=now_ns, invalid_since_ns=since_ns)
         state = self._with_inertial(state, samples, fixes)
         speed_mps = state.speed_mps
         if motion.stamp_ns > 0:
@@ -345,8 +350,9 @@ class GnssInsLocalization(msgspec.Struct, frozen=True):
         if state.jump_since_ns and now_ns - state.jump_since_ns < self.jump_shown_ns:
             faults.append(Fault("pose_jump", "stop", state.jump_since_ns))
         if state.invalid_ns and now_ns - state.invalid_ns < self.jump_shown_ns:
-            # A receiver that says nothing may be between buildings; one that says nonsense is broken.
-            lasts = now_ns - state.fix_stamp_ns > self.nonsense_ns_max
+            # A receiver that says nothing may be between buildings; one that goes on with nonsense is broken.
+            good_ns = max(state.fix_stamp_ns, state.invalid_since_ns)
+            lasts = now_ns - good_ns > self.nonsense_ns_max >= now_ns - state.invalid_ns
             faults.append(Fault("pose_not_finite", "stop" if lasts else "warning", state.invalid_ns))
         return tuple(faults)
 

@@ -15,6 +15,14 @@ from contract.wire.messages import (
 _KEPT = 64
 
 
+class StandingAnnouncement(msgspec.Struct, frozen=True):
+    """What the onboard screen shows, in English and Chinese, until `until_ns` of the server's clock."""
+
+    text: str
+    text_zh: str
+    until_ns: int
+
+
 class MissionMemory(msgspec.Struct, frozen=True):
     """The order and its progress.
 
@@ -27,6 +35,7 @@ class MissionMemory(msgspec.Struct, frozen=True):
     released  released grants; a late message does not bring them back
     past      earlier orders and their last revision
     heard     ids of commands and taps already executed
+    shown     the operators' announcement that the screens show, None without one
     """
 
     order: Order | None = None
@@ -40,6 +49,7 @@ class MissionMemory(msgspec.Struct, frozen=True):
     released: tuple[SectionGrant, ...] = ()
     past: tuple[tuple[str, int], ...] = ()
     heard: tuple[str, ...] = ()
+    shown: StandingAnnouncement | None = None
 
     def open_visits(self) -> tuple[Visit, ...]:
         """Visits not yet done or skipped, the one under way first."""

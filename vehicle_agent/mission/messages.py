@@ -6,7 +6,7 @@ from contract.roads.network import RoadNetwork
 from contract.wire.messages import Command, CommandDone, Grants, Order, OrderRejected, PassengerTap
 from contract.wire.reasons import HoldReason
 from vehicle_agent.mission import boarding
-from vehicle_agent.mission.memory import MissionMemory, remembered
+from vehicle_agent.mission.memory import MissionMemory, StandingAnnouncement, remembered
 from vehicle_agent.mission.order_line import LanePoint, OrderLine, VisitUnreachable, locate, order_line
 from vehicle_agent.mission.orders import is_repeat, order_accepted, order_rejection, with_order
 from vehicle_agent.mission.placing import Placing, placing_result, why_not_placed
@@ -90,7 +90,7 @@ def execute_command(
         case "stop_now":
             state = _hold(state, "operator_stop", command.text, state.s_m)
         case "announce":
-            state = state.after(announcement=command.text, announced_ns=state.stamp_ns)
+            state = _announce(state, command)
         case "resume":
             state, detail = _resume(state, network, ego)
         case "mark" | "start_recording" | "stop_recording":
@@ -105,6 +105,21 @@ def execute_command(
         heard = remembered(state.memory.heard, command.command_id)
         state = state.after(memory=msgspec.structs.replace(state.memory, heard=heard))
     return state.after(CommandDone(command.command_id, not detail, detail))
+
+
+def _announce(state: MissionState, command: Command) -> MissionState:
+    """Says the text; one that stands for a time is also shown, and an empty one takes it down."""
+    shown = state.memory.shown
+    if not command.text:
+        shown = None
+    elif command.shown_until_ns:
+        shown = StandingAnnouncement(command.text, command.text_zh or command.text, command.shown_until_ns)
+    return state.after(
+        memory=msgspec.structs.replace(state.memory, shown=shown),
+        announcement=command.text,
+        announcement_zh=command.text_zh,
+        announced_ns=state.stamp_ns,
+    )
 
 
 def answer_placing(state: MissionState, ego: Ego) -> MissionState:

@@ -176,6 +176,7 @@ class Mission(msgspec.Struct, frozen=True):
             hold_detail=hold_detail,
             resumed_ns=state.resumed_ns,
             announcement=state.announcement,
+            announcement_zh=state.announcement_zh,
             announced_ns=state.announced_ns,
             refused_ns=state.refused_ns,
             utc_ns=state.server_now_ns() or 0,

@@ -8,7 +8,7 @@ from contract.wire.messages import Order, OrderAccepted, OrderRejected, VehicleE
 from contract.wire.reasons import HoldReason
 from vehicle_agent.mission.boarding import SeatState
 from vehicle_agent.mission.doors import Doors
-from vehicle_agent.mission.memory import MissionMemory
+from vehicle_agent.mission.memory import MissionMemory, StandingAnnouncement
 from vehicle_agent.mission.order_line import LanePoint, OrderLine
 from vehicle_agent.mission.placing import Placing
 from vehicle_agent.mission.seat_button import TemporaryStop
@@ -66,6 +66,7 @@ class MissionState(msgspec.Struct, frozen=True):
     occupied_sections: tuple[OccupiedSection, ...] = ()
     server_offset_ns: int | None = None
     announcement: str = ""
+    announcement_zh: str = ""
     announced_ns: int = 0
     refused_ns: int = 0
     pending_order: Order | None = None
@@ -76,6 +77,11 @@ class MissionState(msgspec.Struct, frozen=True):
     def server_now_ns(self) -> int | None:
         """The server's clock now; None while its offset is unknown."""
         return None if self.server_offset_ns is None else self.stamp_ns + self.server_offset_ns
+
+    def shown_announcement(self) -> StandingAnnouncement | None:
+        """What the screens show now; None also while the server's clock is unknown: it may be over."""
+        shown, now_ns = self.memory.shown, self.server_now_ns()
+        return None if shown is None or now_ns is None or now_ns >= shown.until_ns else shown
 
     def visit(self) -> Visit | None:
         """The visit under way, or the next one."""

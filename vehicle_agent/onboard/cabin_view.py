@@ -14,6 +14,7 @@ from contract.wire.messages import (
     VisitKind,
 )
 from contract.wire.reasons import SpeedLimitReason
+from vehicle_agent.mission.memory import StandingAnnouncement
 from vehicle_agent.mission.state import MissionState
 from vehicle_agent.onboard.driving_view import report_with_driving_view
 from vehicle_agent.signals import Outputs
@@ -59,6 +60,7 @@ class CabinView(msgspec.Struct, frozen=True):
     speed_mps_max    of this vehicle
     answers          what passengers did in this tick, as the mission took it
     announce, announce_zh  a sentence that begins in this tick
+    shown            the operators' announcement that stands now
     """
 
     status: Status
@@ -74,6 +76,7 @@ class CabinView(msgspec.Struct, frozen=True):
     answers: tuple[CabinEventView, ...] = ()
     announce: str = ""
     announce_zh: str = ""
+    shown: StandingAnnouncement | None = None
 
 
 def cabin_view(
@@ -99,6 +102,7 @@ def cabin_view(
         answers=tuple(_without_ride(e) for e in outputs.events if isinstance(e, CabinEventView)),
         announce=outputs.hmi.announce,
         announce_zh=outputs.hmi.announce_zh,
+        shown=mission.shown_announcement(),
     )
 
 

@@ -47,6 +47,7 @@ class ScanPose(msgspec.Struct, frozen=True, tag="scan_pose"):
     covariance   (3, 3) of x, y, yaw: large along what the surroundings do not show
     agreement    share of the points above the road that lie on the map, 0..1; points_up: how many there are
     is_searched  found by a search around a pose that was lost
+    through      share of the beams above the road that would have gone through the map's walls, 0..1
     """
 
     stamp_ns: int
@@ -55,6 +56,7 @@ class ScanPose(msgspec.Struct, frozen=True, tag="scan_pose"):
     agreement: float
     points_up: int
     is_searched: bool = False
+    through: float = 0.0
 
 
 class ScanUnplaced(msgspec.Struct, frozen=True, tag="scan_unplaced"):

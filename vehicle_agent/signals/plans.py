@@ -26,7 +26,8 @@ class Task(msgspec.Struct, frozen=True):
     waiting_for   section without a grant, when that is the reason for stop_s_m
     hold_reason, hold_detail  why the mode is hold; the operator's own text, or which visit is unreachable
     resumed_ns    stamp of an operator's last resume, 0 before; it releases older latched stops
-    announcement  an operator's announcement, new when announced_ns grows
+    announcement, announcement_zh  an operator's announcement, new when announced_ns grows; without the second
+                  it is in a single language
     refused_ns    when the seat button was last refused under way, 0 before
     utc_ns        the server's clock now, 0 before its first word
     """
@@ -52,6 +53,7 @@ class Task(msgspec.Struct, frozen=True):
     hold_detail: str = ""
     resumed_ns: int = 0
     announcement: str = ""
+    announcement_zh: str = ""
     announced_ns: int = 0
     refused_ns: int = 0
     utc_ns: int = 0

@@ -61,9 +61,9 @@ def planar_localization(profile: Profile, road_map: RoadMap) -> ScanMapLocalizat
         GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile)),
         map_std_m=0.03,
         map_std_rad=0.003,
-        agreement_min=0.3,
-        agreement_expected=0.4,
-        agreement_weight=0.8,
+        agreement_min=0.35,
+        agreement_max=0.35,
+        doubt_weight=0.8,
         doubt_max=1.5,
     )
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from contract.geometry import Array
+from contract.transforms import moved, rotation_of
 from workshop.calibration.planes import axes_of, fit_plane
-from workshop.calibration.transforms import moved, rotation_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)

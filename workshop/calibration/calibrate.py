@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from contract.geometry import Array
+from contract.transforms import apart
 from workshop.calibration.adjustment import Adjustment, Patch, Prior, adjust
 from workshop.calibration.errors import CalibrationError
 from workshop.calibration.matching import from_ground, from_planes, turned
@@ -16,7 +17,6 @@ from workshop.calibration.patches import PatchSearch, find_patches
 from workshop.calibration.planes import Plane, PlaneSearch, find_planes
 from workshop.calibration.registration import Surfaces, fitting_share, register, sample, surfaces_of
 from workshop.calibration.residuals import distance_m
-from workshop.calibration.transforms import apart
 
 
 @dataclass(frozen=True, slots=True)

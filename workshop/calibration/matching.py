@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 
 from contract.geometry import Array
+from contract.transforms import transform_of
 from workshop.calibration.planes import Plane, triples_of
-from workshop.calibration.transforms import transform_of
 
 _PLANES_MAX = 6
 # Angles between planes as two sensors measure them.

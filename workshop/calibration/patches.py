@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from contract.geometry import Array
+from contract.transforms import inverse, moved
 from workshop.calibration.adjustment import Patch
 from workshop.calibration.cells import cell_numbers
 from workshop.calibration.planes import fit_plane
-from workshop.calibration.transforms import inverse, moved
 
 
 @dataclass(frozen=True, slots=True)

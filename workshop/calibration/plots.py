@@ -8,11 +8,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from contract.geometry import Array
+from contract.transforms import moved
 from workshop.calibration.adjustment import distances_of
 from workshop.calibration.calibrate import Calibration
 from workshop.calibration.cells import thin
 from workshop.calibration.rigs import Rig
-from workshop.calibration.transforms import moved
 
 _COLOURS = ("#15201b", "#cc3311", "#0077bb", "#ee7733", "#009988", "#aa3377")
 _REACH_M = 20.0

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from contract.geometry import Array
+from contract.transforms import moved, rotation_of
 from workshop.calibration.cells import thin
 from workshop.calibration.planes import Plane
-from workshop.calibration.transforms import moved, rotation_of
 
 _THIN_M = 0.2
 _NEIGHBOURS = 12

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from contract.geometry import Array
+from contract.transforms import moved
 from workshop.calibration.cells import thin
 from workshop.calibration.registration import Surfaces
-from workshop.calibration.transforms import moved
 
 # Farther points belong to what the reference does not see.
 _NEAR_M = 1.0

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from contract.geometry import Array
+from contract.transforms import angles_of, inverse, transform_of
 from workshop.calibration.calibrate import Calibration
 from workshop.calibration.errors import CalibrationError
-from workshop.calibration.transforms import angles_of, inverse, transform_of
 from workshop.clouds import bags
 from workshop.clouds.errors import CloudFileError
 from workshop.clouds.recordings import READERS, read_cloud

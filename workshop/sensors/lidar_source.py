@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+from vehicle_agent.lidar.models import LidarModel
 from vehicle_agent.lidar.plausibility import cloud_faults
 from vehicle_agent.lidar.scans import ScanAssembler
 from vehicle_agent.signals.point_cloud import PointCloud
@@ -42,8 +43,9 @@ class CloudCheck:
 class PacketCheck:
     """Packets of one lidar, as a port receives or a bag holds them."""
 
-    def __init__(self) -> None:
-        self._clouds, self._assembler = CloudCheck(), ScanAssembler()
+    def __init__(self, model: LidarModel | None = None) -> None:
+        """model: None for the one that the packets name."""
+        self._clouds, self._assembler = CloudCheck(), ScanAssembler(model)
         self._whole = False
 
     def add(self, arrived_ns: int, packet: bytes) -> None:

@@ -9,6 +9,11 @@ import segno
 from fastapi import APIRouter, Path, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from server.api.announcements.schemas import (
+    CURRENT_EXAMPLE,
+    CurrentAnnouncement,
+    current_announcement,
+)
 from server.api.campus.schemas import STOP_EXAMPLE, StopView, stop_view
 from server.api.formats import StopId
 from server.api.problems import problems
@@ -105,6 +110,7 @@ class BoardView(BaseModel):
                         "is_served": False,
                     }
                 ],
+                "announcements": [CURRENT_EXAMPLE],
                 "book_url": "https://campus.example/?from=library",
             }
         }
@@ -120,6 +126,7 @@ class BoardView(BaseModel):
     closes_at: datetime | None
     holiday: str | None
     closures: list[BoardClosureView] = Field(description="By their beginning.")
+    announcements: list[CurrentAnnouncement] = Field(description="Of the operators, the newest first.")
     book_url: str = Field(description="Where a ride from this stop is booked.")
 
 
@@ -185,6 +192,7 @@ def _board_view(board: StopBoard, named: dict[str, tuple[str, str]], book_url: s
             )
             for one in board.closures
         ],
+        announcements=[current_announcement(one) for one in board.announcements],
         book_url=book_url,
     )
 

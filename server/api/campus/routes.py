@@ -1,9 +1,11 @@
 """The active campus map: its facts, geometry and stops."""
 
+import hashlib
 from functools import lru_cache
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Request, Response
+from pydantic import TypeAdapter
 
 from contract.roads.network import RoadNetwork
 from server.api.campus.schemas import (
@@ -19,6 +21,7 @@ from server.api.paging import ListLimit, Page, paged
 from server.api.problems import problems
 from server.api.services import InjectedServices
 from server.domain.errors import CampusUnknown
+from server.domain.roads.stops import CampusStop
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import calendars
@@ -47,11 +50,19 @@ async def get_campus(services: InjectedServices) -> CampusView:
     return await services.transactions.read(work)
 
 
-@router.get("/stops", operation_id="list_stops", responses=paged(CampusUnknown))
-async def list_stops(services: InjectedServices, page: Page, limit: ListLimit = None) -> list[StopView]:
+@router.get(
+    "/stops", operation_id="list_stops", response_model=list[StopView], responses=paged(CampusUnknown)
+)
+async def list_stops(
+    services: InjectedServices, request: Request, response: Response, page: Page, limit: ListLimit = None
+) -> Response:
     """Every stop of the active map, in map order."""
     numbered = enumerate(await services.transactions.read(campus.stops))
-    return [stop_view(stop) for _, stop in page.cut(numbered, limit, lambda item: (item[0],))]
+    found = tuple(stop for _, stop in page.cut(numbered, limit, lambda item: (item[0],)))
+    etag, encoded = _encoded_stops(found)
+    links = {name: value for name, value in response.headers.items() if name == "link"}
+    accepted = request.headers.get("accept-encoding", "")
+    return encoded.response(accepted, "application/json", etag, {"Cache-Control": "no-cache"} | links)
 
 
 @router.get(
@@ -80,6 +91,13 @@ async def get_campus_map(
         return Response(status_code=304, headers=headers | {"ETag": etag, "Vary": "Accept-Encoding"})
     accepted = request.headers.get("accept-encoding", "")
     return encoded.response(accepted, "application/json", etag, headers)
+
+
+@lru_cache(maxsize=MAPS_KEPT)
+def _encoded_stops(stops: tuple[CampusStop, ...]) -> tuple[str, CodedBody]:
+    """(entity tag, body): every phone waits for it, at a third of the size."""
+    body = TypeAdapter(list[StopView]).dump_json([stop_view(stop) for stop in stops])
+    return f'"{hashlib.sha256(body).hexdigest()[:32]}"', coded_body(body)
 
 
 @lru_cache(maxsize=MAPS_KEPT)

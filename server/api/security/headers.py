@@ -26,25 +26,33 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "X-Frame-Options": "DENY",
 }
+# Scripts, styles and pictures of a page: the rest is about documents, and the page has it. On a
+# phone each file of the first load would cost 400 bytes more.
+ASSET_HEADERS = {"X-Content-Type-Options": "nosniff"}
+_ASSETS = "/assets/"
 HSTS = "max-age=31536000"
 
 
 class SecurityHeaders:
-    """Adds HEADERS to every response that has none of its own."""
+    """Adds HEADERS to every response that has none of its own; ASSET_HEADERS to files of pages."""
 
     def __init__(self, app: ASGIApp, with_tls: bool) -> None:
         self._app = app
-        self._headers = HEADERS | ({"Strict-Transport-Security": HSTS} if with_tls else {})
+        always = {"Strict-Transport-Security": HSTS} if with_tls else {}
+        self._headers, self._asset_headers = HEADERS | always, ASSET_HEADERS | always
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        is_asset = scope["path"].startswith(_ASSETS)
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                for name, value in self._headers.items():
+                is_file = is_asset and message["status"] in (200, 304)
+                added = self._asset_headers if is_file else self._headers
+                for name, value in added.items():
                     headers.setdefault(name, value)
             await send(message)
 

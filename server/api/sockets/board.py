@@ -47,6 +47,7 @@ def _topics(campus_id: str) -> tuple[str, ...]:
         topics.vehicle(campus_id, "*"),
         topics.service(campus_id),
         topics.closures(campus_id),
+        topics.announcements(campus_id),
         topics.campus_map(campus_id),
     )
 

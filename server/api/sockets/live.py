@@ -25,6 +25,8 @@ from server.usecases.rides.tickets import ride_by_token
 router = APIRouter()
 
 WATCH_TIMEOUT_S = 10.0
+# Between two messages, however much happens.
+SOONEST_S = 0.04
 NOT_ALLOWED = 4403
 TOO_LATE = 4408
 MALFORMED = 4400
@@ -120,12 +122,26 @@ async def _send_scenes(websocket: WebSocket, services: Services, scope: Scope) -
     try:
         async with services.feed.watched() as board:
             while True:
+                news = services.feed.news if isinstance(scope, EverythingScope) else None
                 message = viewer.next_message(board, ms_of(services.clock.now()))
                 if message is not None:
                     await websocket.send_text(services.feed.text.of(message))
-                await asyncio.sleep(_until_next_s(loop.time(), interval_s))
+                await _until_due(news, _until_next_s(loop.time(), interval_s))
     except StoreFailure as error:
         await _refuse(websocket, close_number(error, NOT_ALLOWED), error.code, error.detail)
+
+
+async def _until_due(news: asyncio.Event | None, wait_s: float) -> None:
+    """Until the next regular message, or soon after news. None: of a passenger, of whom there are many."""
+    if news is None or wait_s <= SOONEST_S:
+        await asyncio.sleep(wait_s)
+        return
+    await asyncio.sleep(SOONEST_S)
+    try:
+        async with asyncio.timeout(wait_s - SOONEST_S):
+            await news.wait()
+    except TimeoutError:
+        return
 
 
 def _until_next_s(now_s: float, interval_s: float) -> float:

@@ -104,6 +104,9 @@ from server.domain.errors.roads import (
     TooManyDrafts,
 )
 from server.domain.errors.service import (
+    AnnouncementInvalid,
+    AnnouncementOver,
+    AnnouncementUnknown,
     ExceptionUnknown,
     NoService,
     PatternInUse,
@@ -116,6 +119,9 @@ from server.domain.errors.service import (
 from server.domain.errors.store import OutcomeUnknown, StoreFailure, StoreUnavailable
 
 __all__ = (
+    "AnnouncementInvalid",
+    "AnnouncementOver",
+    "AnnouncementUnknown",
     "AreaUnknown",
     "AuditEntryUnknown",
     "BookingTooFarAhead",

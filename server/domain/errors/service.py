@@ -33,6 +33,24 @@ class ExceptionUnknown(DomainError):
     code = "exception_unknown"
 
 
+class AnnouncementInvalid(DomainError):
+    """An announcement without text or with too long a one, or one that ends before it begins."""
+
+    code = "announcement_invalid"
+
+
+class AnnouncementUnknown(DomainError):
+    """No announcement has this id."""
+
+    code = "announcement_unknown"
+
+
+class AnnouncementOver(DomainError):
+    """The announcement's time has passed, or it was ended already."""
+
+    code = "announcement_over"
+
+
 class TimetableInvalid(DomainError):
     """A trip of the timetable cannot run: its stops, times or service are wrong."""
 

@@ -106,6 +106,7 @@ class VehicleCommand:
     """A command of an operator or developer to one vehicle, repeated until the vehicle answers it.
 
     detail  the vehicle's reason when it refused
+    announcement_id  of the announcement to riders that it says, "" for none
     """
 
     campus_id: str
@@ -117,6 +118,7 @@ class VehicleCommand:
     made_at: datetime
     state: CommandState = "pending"
     detail: str = ""
+    announcement_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)

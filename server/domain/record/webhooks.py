@@ -25,7 +25,18 @@ CAUSE_CHARACTERS_MAX = 200
 SECRET_PREFIX = "whsec_"
 
 # Events of operators, tokens and keys are not sent.
-SUBJECTS = ("closure", "incident", "map", "order", "plan", "ride", "series", "vehicle", "visit")
+SUBJECTS = (
+    "announcement",
+    "closure",
+    "incident",
+    "map",
+    "order",
+    "plan",
+    "ride",
+    "series",
+    "vehicle",
+    "visit",
+)
 TEST_EVENT = "webhook.test"
 _TYPE = re.compile(rf"({'|'.join(SUBJECTS)})\.(\*|[a-z][a-z_]{{0,50}})")
 

@@ -216,6 +216,7 @@ def _command_from_row(row: AnyRow) -> VehicleCommand:
         made_at=row.made_at,
         state=row.state,
         detail=row.detail,
+        announcement_id=row.announcement_id,
     )
 
 
@@ -229,4 +230,5 @@ def _command_to_row(command: VehicleCommand) -> dict[str, object]:
         "made_at": command.made_at,
         "state": command.state,
         "detail": command.detail,
+        "announcement_id": command.announcement_id,
     }

@@ -53,6 +53,7 @@ from server.store.tables.rides import (
     taps,
 )
 from server.store.tables.service import (
+    announcements,
     closures,
     departures,
     map_drafts,
@@ -63,6 +64,7 @@ from server.store.tables.service import (
 )
 
 __all__ = [
+    "announcements",
     "audit_entries",
     "closures",
     "command_answers",

@@ -67,6 +67,7 @@ vehicle_commands = Table(
     instant("made_at"),
     string("state"),
     text("detail"),
+    string("announcement_id"),
     Index(None, "campus_id", "vehicle_id", "state"),
 )
 # In the order in which they were stored, so that the events of a busy moment lie side by side: with their

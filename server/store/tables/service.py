@@ -1,4 +1,4 @@
-"""Maps, closures, calendars and departures."""
+"""Maps, closures, announcements, calendars and departures."""
 
 from sqlalchemy import Boolean, Column, Date, Index, Integer, LargeBinary, String, Table
 
@@ -73,6 +73,26 @@ timetables = Table(
     string("made_by", 200),
     instant("made_at"),
     text("note"),
+)
+announcements = Table(
+    "announcements",
+    metadata,
+    campus_key(),
+    key("announcement_id"),
+    text("text_zh"),
+    text("text_en"),
+    instant("starts_at"),
+    optional_instant("ends_at"),
+    string("audience"),
+    text("stop_ids"),
+    text("vehicle_ids"),
+    string("made_by", 200),
+    instant("made_at"),
+    optional_instant("sent_at"),
+    string("ended_by", 200),
+    optional_instant("ended_at"),
+    Index(None, "campus_id", "made_at"),
+    Index(None, "campus_id", "ended_at", "ends_at"),
 )
 closures = Table(
     "closures",

@@ -8,9 +8,10 @@ from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.eta_ranges import ExpectedRange, PlannedPickup, pickup_range
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.roads.stops import CampusStop
+from server.domain.service.announcements import Announcement
 from server.domain.service.timetable import Departure, DepartureState
 from server.travel.closed_roads import sections_of
-from server.usecases.fleet import campus
+from server.usecases.fleet import announcements, campus
 from server.usecases.planning.outlooks import seats_left_at
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import calendars
@@ -83,6 +84,7 @@ class StopBoard:
     closes_at: datetime | None
     holiday: str | None
     closures: tuple[BoardClosure, ...] = ()
+    announcements: tuple[Announcement, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +117,7 @@ def stop_board(uow: UnitOfWork, stop_id: str) -> StopBoard:
         closes_at=calendar.closes_after(uow.now),
         holiday=None if today.holiday is None else today.holiday.note,
         closures=_closures(uow, stop_id),
+        announcements=tuple(one for one in announcements.current(uow) if one.is_at_stop(stop_id)),
     )
 
 

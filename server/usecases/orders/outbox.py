@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import msgspec
 
+from contract.wire.bounds import INTEGER_MAX
 from contract.wire.messages import LATER_KINDS, Command, Grants, Order, PassengerTap
-from server.domain.fleet.vehicles import Vehicle
+from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.usecases.orders.order_payload import expiry_ns, with_codes
@@ -14,6 +15,9 @@ from server.usecases.orders.sections import grants_of
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import recordings
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
+
+# An announcement without an end stays until the server takes it down.
+UNTIL_ENDED_NS = INTEGER_MAX
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +45,7 @@ def outbox_of(uow: UnitOfWork, vehicle_id: str, understands: Sequence[str] = LAT
         order=order,
         grants=grants,
         commands=tuple(
-            Command(epoch, command.command_id, command.kind, command.text, ns_of(command.made_at))
+            _command(uow, epoch, command)
             for command in recordings.deliverable(uow, uow.vehicles.pending_commands(vehicle_id), understands)
         ),
         taps=tuple(
@@ -49,6 +53,16 @@ def outbox_of(uow: UnitOfWork, vehicle_id: str, understands: Sequence[str] = LAT
             for tap in uow.rides.pending_taps(vehicle_id)
         ),
     )
+
+
+def _command(uow: UnitOfWork, epoch: int, command: VehicleCommand) -> Command:
+    """With the other language and the end of the announcement that it says."""
+    sent = Command(epoch, command.command_id, command.kind, command.text, ns_of(command.made_at))
+    announcement = uow.announcements.get(command.announcement_id) if command.announcement_id else None
+    if announcement is None:
+        return sent
+    until_ns = UNTIL_ENDED_NS if announcement.ends_at is None else ns_of(announcement.ends_at)
+    return msgspec.structs.replace(sent, text_zh=announcement.text_zh, shown_until_ns=until_ns)
 
 
 def _driving(uow: UnitOfWork, vehicle: Vehicle) -> tuple[Order | None, Grants | None]:

@@ -13,7 +13,10 @@ from server.domain.record.recordings import Recording
 from server.domain.record.runs import Run, Segment
 from server.domain.record.second_factors import SecondFactor
 from server.domain.record.webhooks import Webhook
+from server.domain.service.announcements import Announcement
 
+# When it was made, and its id.
+AnnouncementPosition = tuple[datetime, str]
 # When it was started, and its id.
 RecordingPosition = tuple[datetime, str]
 
@@ -44,6 +47,22 @@ class RunRepository(Protocol):
     def segment(self, sha256: str) -> Segment | None: ...
 
     def add_segment(self, segment: Segment) -> None: ...
+
+
+class AnnouncementRepository(Protocol):
+    def get(self, announcement_id: str) -> Announcement | None: ...
+
+    def standing(self, now: datetime) -> tuple[Announcement, ...]:
+        """Scheduled or current, by beginning."""
+        ...
+
+    def newest(self, limit: int, after: AnnouncementPosition | None = None) -> tuple[Announcement, ...]:
+        """Newest first, those that are over included."""
+        ...
+
+    def add(self, announcement: Announcement) -> None: ...
+
+    def save(self, announcement: Announcement) -> None: ...
 
 
 class RecordingRepository(Protocol):

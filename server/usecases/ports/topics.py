@@ -71,6 +71,11 @@ def closures(campus_id: str) -> str:
     return f"campus/{campus_id}/closures"
 
 
+def announcements(campus_id: str) -> str:
+    """An announcement to riders was made, has begun or was ended."""
+    return f"campus/{campus_id}/announcements"
+
+
 def series(campus_id: str, series_id: str) -> str:
     """A recurring booking or one of its days has changed."""
     return f"campus/{campus_id}/series/{series_id}"

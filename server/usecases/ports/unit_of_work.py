@@ -22,6 +22,7 @@ from server.usecases.ports.plans import (
     TravelTimeFactorRepository,
 )
 from server.usecases.ports.records import (
+    AnnouncementRepository,
     AnswerRepository,
     AuditRepository,
     IdentityRepository,
@@ -63,6 +64,7 @@ class UnitOfWork(Protocol):
     decisions: DecisionRepository
     service: ServiceRepository
     closures: ClosureRepository
+    announcements: AnnouncementRepository
     travel_time_factors: TravelTimeFactorRepository
     series: SeriesRepository
     push_subscriptions: PushSubscriptionRepository

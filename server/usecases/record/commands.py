@@ -11,7 +11,7 @@ from server.usecases.record.server_events import record_event
 
 
 def send_command(
-    uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = ""
+    uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = "", announcement_id: str = ""
 ) -> VehicleCommand:
     """Store a command, which is sent to the vehicle until it answers. Raises VehicleUnknown."""
     vehicle = enrolled_vehicle(uow, vehicle_id)
@@ -25,6 +25,7 @@ def send_command(
         text=text,
         by=by,
         made_at=uow.now,
+        announcement_id=announcement_id,
     )
     uow.vehicles.add_command(command)
     record_event(uow, f"vehicle.{kind}", vehicle_id, by, text)

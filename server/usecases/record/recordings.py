@@ -21,6 +21,7 @@ from server.domain.record.recordings import (
     found_in_file,
 )
 from server.domain.record.runs import Segment
+from server.domain.service.announcements import AnnouncementState
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.commands import send_command
@@ -29,6 +30,7 @@ from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 # A scene is asked for by an operator who looks now.
 SCENE_WITHIN = timedelta(seconds=10)
 TOO_OLD = "the vehicle's agent is too old for this command: update it"
+ANNOUNCEMENT_OVER = "the announcement was over before the vehicle was in reach"
 TOO_LATE = "the vehicle was not in reach in time: ask again"
 
 
@@ -87,6 +89,8 @@ def deliverable(
             reason = TOO_OLD
         elif command.kind == "show_scene" and uow.now - command.made_at > SCENE_WITHIN:
             reason = TOO_LATE
+        elif command.announcement_id and _is_announcement_over(uow, command.announcement_id):
+            reason = ANNOUNCEMENT_OVER
         if not reason:
             sent.append(command)
             continue
@@ -94,6 +98,11 @@ def deliverable(
         _answered(uow, command.vehicle_id, command.command_id, None, reason)
         uow.publish(topics.vehicle(uow.campus_id, command.vehicle_id), command_id=command.command_id)
     return tuple(sent)
+
+
+def _is_announcement_over(uow: UnitOfWork, announcement_id: str) -> bool:
+    announcement = uow.announcements.get(announcement_id)
+    return announcement is None or announcement.state_at(uow.now) is AnnouncementState.OVER
 
 
 def note_file(uow: UnitOfWork, vehicle_id: str, ends: Mapping[str, VehicleMoment]) -> None:

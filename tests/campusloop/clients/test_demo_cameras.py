@@ -4,12 +4,14 @@ import asyncio
 import socket
 from pathlib import Path
 
+import httpx
 import msgspec
 import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
 from campusloop.clients import demo_cameras
-from campusloop.clients.demo_cameras import DemoCameras
+from campusloop.clients.demo_cameras import DemoCameras, camera_token
+from campusloop.clients.operator_client import OperatorClient
 from contract.wire.messages import PresenceReport
 from simulator.control import CameraReported, RiderLeft, Subscribe, decode_to_simulation, encode
 
@@ -86,3 +88,21 @@ def test_reports_reach_the_server_with_the_token_and_again_after_it_was_away(
     counts = [report.count for report in server.heard]
     assert counts == sorted(counts)
     assert any("cannot reach" in text for text in said)
+
+
+def test_cameras_wait_for_a_server_that_gives_them_no_token_yet() -> None:
+    """The demo used to end when its cameras were refused, with all rides under way."""
+    answers = [
+        httpx.Response(429, json={"title": "Too many requests", "detail": "try again in 2 s"}),
+        httpx.Response(201, json={"secret": "s3cret"}),
+    ]
+    said: list[str] = []
+
+    async def ask() -> str:
+        transport = httpx.MockTransport(lambda _request: answers.pop(0))
+        async with httpx.AsyncClient(transport=transport, base_url="http://server") as client:
+            return await camera_token(OperatorClient(client), said.append, every_s=0.0)
+
+    assert asyncio.run(ask()) == "s3cret"
+    assert len(said) == 1
+    assert "Too many requests" in said[0]

@@ -30,6 +30,7 @@ CHECKS = [
 ]
 # A ride has a handful of decisions, and a run of marks; scenes are asked on by their time.
 BOUNDED_LISTS = {
+    "list_current_announcements",
     "explain_ride",
     "ride_history",
     "incident_history",

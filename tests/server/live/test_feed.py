@@ -191,3 +191,17 @@ def test_a_viewer_who_leaves_during_the_first_reading_takes_nothing_from_the_nex
     left.result()
     assert server.run(first_look(server)).facts.name == "Shuttle-1"
     server.close()
+
+
+def test_operators_hear_at_once_that_a_vehicle_holds_but_not_of_every_position(
+    server: ServerUnderTest,
+) -> None:
+    vehicle = ready(server)
+    server.elapse(1.0)
+    news = server.services.feed.news
+    x_m, y_m, yaw_rad = server.transact(lambda uow: uow.network().pose(REST.lane_id, REST.s_m))
+    vehicle.status(x_m + 1.0, y_m, yaw_rad, lane_id=REST.lane_id, s_m=REST.s_m)
+    assert not news.is_set()
+    vehicle.status(x_m + 1.0, y_m, yaw_rad, lane_id=REST.lane_id, s_m=REST.s_m, mode="held")
+    assert news.is_set()
+    assert not server.services.feed.news.is_set(), "the next news is another event"

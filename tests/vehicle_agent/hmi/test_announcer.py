@@ -115,6 +115,12 @@ def test_the_operators_words_are_spoken_once() -> None:
     assert street.spoken.count(("Lunch is ready.", "Lunch is ready.")) == 1
 
 
+def test_the_operators_words_are_spoken_in_both_languages() -> None:
+    street = Street()
+    street.run(10, announcement="Lunch is ready.", announcement_zh="午饭好了。", announced_ns=5)
+    assert ("Lunch is ready.", "午饭好了。") in street.spoken
+
+
 def test_a_seat_button_that_is_refused_is_answered_once_for_each_press() -> None:
     street = Street()
     street.run(10, refused_ns=5)

@@ -71,3 +71,23 @@ def test_a_sensor_that_does_not_turn_fills_no_memory() -> None:
     for _ in range(4_001):
         assert assembler.add(stamp_ns, data) is None
     assert assembler.refused == {"bad_azimuth": 1}
+
+
+@pytest.mark.parametrize("packets", [XT_PACKETS, velodyne_packets(VLP16, 200, square_room(5.0))])
+def test_packets_that_are_read_together_give_the_same_scans(packets: list[tuple[int, bytes]]) -> None:
+    """However they are cut into bursts, with noise between them, and stamped with the last one's arrival."""
+    singly = scans_of(packets, ScanAssembler())
+    assembler, scans = ScanAssembler(), []
+    noise = [b"", b"\xee\xff\x06", packets[0][1][:300]]
+    for at in range(0, len(packets), 7):
+        burst = packets[at : at + 7]
+        data = [one for _, one in burst]
+        scans += assembler.add_burst(burst[-1][0], [*data[:3], *(noise if at % 2 else []), *data[3:]])
+    last = assembler.finish()
+    assert last is not None
+    assert [len(scan) for scan in [*scans, last]] == [len(scan) for scan in singly]
+    for one, other in zip([*scans, last], singly, strict=True):
+        assert np.array_equal(one.points_sensor, other.points_sensor)
+        assert abs(one.stamp_ns - other.stamp_ns) < 2_000
+        assert np.abs(one.offsets_ns - other.offsets_ns).max() < 2_000
+    assert sum(assembler.refused.values()) == 3 * (len(range(7, len(packets), 14)))

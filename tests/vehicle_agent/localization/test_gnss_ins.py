@@ -190,6 +190,27 @@ def test_values_that_are_no_numbers_are_told_and_never_taken_in(field: str) -> N
     assert abs(ego.pose_map.x_m - x_m) < 0.02
 
 
+def test_one_value_that_is_no_number_stops_no_vehicle_between_buildings() -> None:
+    """Without a fix for 2 s, a single sample stopped the vehicle for 2 s more."""
+    _, state, _ = driven_east(50, fixes=50)
+    for k in range(51, 301):
+        now_ns = k * TICK_NS
+        inertial = ImuSample(now_ns, 0.0, math.nan if k == 150 else 0.0)
+        ego, state = ROOM.step(state, a_motion(now_ns), (inertial,), now_ns)
+        assert ego.valid
+        if k == 151:
+            assert [(fault.code, fault.severity) for fault in ego.faults] == [("pose_not_finite", "warning")]
+
+
+def test_a_gyroscope_that_goes_on_with_nonsense_between_buildings_stops_the_vehicle() -> None:
+    _, state, _ = driven_east(50, fixes=50)
+    for k in range(51, 201):
+        now_ns = k * TICK_NS
+        inertial = ImuSample(now_ns, 0.0, math.nan if 100 <= k < 150 else 0.0)
+        ego, state = ROOM.step(state, a_motion(now_ns), (inertial,), now_ns)
+        assert ego.valid == (not 116 <= k <= 164)
+
+
 def test_a_deviation_that_is_no_number_is_a_poor_position_and_stops_the_vehicle() -> None:
     now_ns = TICK_NS
     without_solution = a_fix(now_ns, Pose2(0.0, 0.0, 0.0), math.nan)

@@ -368,6 +368,26 @@ def test_an_announcement_changes_nothing_but_what_is_said() -> None:
     assert (task.mode, task.announcement, task.announced_ns) == ("drive", "Mind the step", shuttle.now_ns)
 
 
+def test_an_announcement_for_a_time_is_shown_until_its_end_or_until_it_is_taken_down() -> None:
+    shuttle = RingShuttle()
+    shuttle.step()
+    until_ns = shuttle.now_ns + OFFSET_NS + 10_000_000_000
+    said = Command(1, "c", "announce", "East side today", text_zh="今天在东侧", shown_until_ns=until_ns)
+    task = shuttle.step(said)
+    assert (task.announcement, task.announcement_zh) == ("East side today", "今天在东侧")
+    shown = shuttle.state.shown_announcement()
+    assert shown is not None
+    assert (shown.text, shown.text_zh) == ("East side today", "今天在东侧")
+    shuttle.step(Command(1, "d", "announce", "Mind the step"))
+    assert shuttle.state.shown_announcement() == shown, "what is only said takes nothing down"
+    shuttle.run(12)
+    assert shuttle.state.shown_announcement() is None
+    shuttle.step(msgspec.structs.replace(said, command_id="e", shown_until_ns=until_ns + 10**12))
+    assert shuttle.state.shown_announcement() is not None
+    shuttle.step(Command(1, "f", "announce"))
+    assert shuttle.state.shown_announcement() is None
+
+
 def test_a_vehicle_off_the_map_rejects_orders() -> None:
     shuttle = RingShuttle()
     shuttle.pose = Pose2(5000.0, 5000.0, 0.0)

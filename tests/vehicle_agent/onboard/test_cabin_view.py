@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from contract.wire.messages import CodeRefused, RiderBoarded, RiderTask
+from contract.wire.messages import CodeRefused, Command, RiderBoarded, RiderTask
 from tests.contract.roads.ring_map import ring_map
-from tests.vehicle_agent.mission.ring import RingShuttle, a_visit, an_order, rest
+from tests.vehicle_agent.mission.ring import OFFSET_NS, RingShuttle, a_visit, an_order, rest
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.cabin_view import CabinView, cabin_view, is_for_cabin
 from vehicle_agent.onboard.car import initial_state
@@ -70,6 +70,18 @@ def test_the_screen_is_given_neither_codes_nor_rides(outputs: Outputs, shuttle: 
     text = msgspec.json.encode(view).decode()
     for secret in ("ann", "bob", "1111", "2222"):
         assert f'"{secret}"' not in text
+
+
+def test_the_screen_shows_an_announcement_as_long_as_it_stands(
+    outputs: Outputs, shuttle: RingShuttle
+) -> None:
+    until_ns = shuttle.now_ns + OFFSET_NS + 5_000_000_000
+    shuttle.step(Command(1, "c", "announce", "East side", text_zh="东侧", shown_until_ns=until_ns))
+    shown = a_view(outputs, shuttle).shown
+    assert shown is not None
+    assert (shown.text, shown.text_zh) == ("East side", "东侧")
+    shuttle.run(6.0)
+    assert a_view(outputs, shuttle).shown is None
 
 
 def test_only_what_passengers_must_learn_goes_out_at_once(outputs: Outputs) -> None:

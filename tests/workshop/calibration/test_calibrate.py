@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.calibration.corner import SimulatedRig, View, simulated_rig
+from contract.transforms import angles_of, apart, inverse, moved, rotation_of, transform_of
 from workshop.calibration.adjustment import Patch, adjust
 from workshop.calibration.calibrate import calibrate
 from workshop.calibration.errors import CalibrationError
@@ -18,7 +19,6 @@ from workshop.calibration.planes import Plane, PlaneSearch, find_planes
 from workshop.calibration.registration import surfaces_of
 from workshop.calibration.residuals import residual
 from workshop.calibration.rigs import load_rig
-from workshop.calibration.transforms import angles_of, apart, inverse, moved, rotation_of, transform_of
 
 SAMPLE = (
     Path(os.environ.get("CAMPUSLOOP_SHARED", Path(__file__).resolve().parents[4] / "shared"))

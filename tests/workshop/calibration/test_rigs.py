@@ -8,10 +8,10 @@ from typer.testing import CliRunner
 
 from benchmarks.calibration.corner import simulated_rig
 from campusloop.cli import app_of
+from contract.transforms import apart, transform_of
 from workshop.calibration.calibrate import Calibration
 from workshop.calibration.errors import CalibrationError
 from workshop.calibration.rigs import extrinsics_toml, load_rig, read_extrinsics
-from workshop.calibration.transforms import apart, transform_of
 from workshop.clouds.errors import CloudFileError
 
 

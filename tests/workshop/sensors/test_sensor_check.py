@@ -1,8 +1,11 @@
 """Sources, recorded and live, are checked: broken ones by the code of what is wrong, sound ones without."""
 
+import os
+import pty
 import socket
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +15,9 @@ from typer.testing import CliRunner
 from campusloop.cli import app_of
 from campusloop.operations.sensor_check import SourceNameError, listen, open_source
 from tests.vehicle_agent.lidar.packet_bytes import NOON, hesai_packets, square_room
+from tests.vehicle_agent.receivers.vectornav_bytes import common
 from vehicle_agent.lidar.models import XT16
+from workshop.sensors.inertial_source import InertialCheck
 from workshop.sensors.lidar_source import PacketCheck
 from workshop.sensors.source_report import Arrivals
 
@@ -159,3 +164,67 @@ def test_a_port_that_is_taken_and_a_receiver_that_is_away_are_named() -> None:
     taken.close()
     with pytest.raises(SourceNameError, match="does not answer"):
         open_source(f"gnss:tcp:127.0.0.1:{port}")
+
+
+def inertial_report(*samples: tuple[float, float, float]) -> Any:
+    check = InertialCheck()
+    for number, accel in enumerate(samples):
+        check.add(NOON_NS + number * 10_000_000, common(accel))
+    return check.report("imu")
+
+
+def test_an_inertial_sensor_shows_gravity_or_is_named() -> None:
+    sound = [(0.01 * (k % 3), 0.0, -9.8) for k in range(50)]
+    assert inertial_report(*sound).findings == ()
+    assert inertial_report(*sound).rate_hz == pytest.approx(100.0)
+    [in_g] = inertial_report(*[(0.001 * (k % 3), 0.0, -1.0) for k in range(50)]).findings
+    assert in_g.startswith("gravity: 1.00 m/s2")
+    assert inertial_report(*[(0.0, 0.0, -9.8)] * 50).findings == ("frozen: 50 equal samples",)
+    check = InertialCheck()
+    check.add(NOON_NS, b"$VNYMR,1,2,3*00\r\n")
+    assert check.report("imu").findings[0].startswith("no_samples")
+
+
+def test_a_vehicles_own_sensors_are_checked_by_its_file(tmp_path: Path) -> None:
+    """As its agent would read them: names, ports and a serial line of this speed."""
+    pytest.importorskip("pyubx2", reason="needs the extra `workshop`")
+    ours, theirs = pty.openpty()
+    place = "place = { x_m = 0.0, y_m = 0.0, z_m = 2.0 }\n"
+    path = tmp_path / "sensors.toml"
+    path.write_text(
+        f'[lidars.roof]\nlisten = "udp:{free_port()}"\n{place}'
+        f'[inertial.vn]\nsource = "{os.ttyname(theirs)}"\nbaud = 115200\n{place}'
+    )
+    with ThreadPoolExecutor(1) as beside:
+        ran = beside.submit(run, str(path), "--seconds", "1")
+        while not ran.done():
+            os.write(ours, common((0.0, 0.0, -9.8)))
+            time.sleep(0.01)
+    code, output = ran.result()
+    os.close(ours)
+    os.close(theirs)
+    assert code == 1
+    assert "roof: silent" in output
+    assert "VectorNav" in output
+    assert "vn: no_samples" not in output
+
+
+def test_a_vehicle_whose_agent_runs_is_not_checked_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "sensors.toml"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("", 0))
+        path.write_text(
+            f'[lidars.roof]\nlisten = "udp:{taken.getsockname()[1]}"\n'
+            "place = { x_m = 0.0, y_m = 0.0, z_m = 2.0 }\n"
+        )
+        code, output = run(str(path))
+    assert code == 2
+    assert "does the vehicle's agent run?" in output
+    assert run(str(tmp_path / "none.toml"))[0] == 2
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("", 0))
+        port: int = free.getsockname()[1]
+        return port

@@ -181,7 +181,7 @@ class PlanarLocalizer:
         away_m = math.hypot(pose.pose_map.x_m - job.pose_map.x_m, pose.pose_map.y_m - job.pose_map.y_m)
         if away_m > self.params.overruled_m and self.tracked.beams_on_walls < self.params.overruling_beams:
             # It contradicts the vehicle's pose, and is too little to say another.
-            pose = msgspec.structs.replace(pose, agreement=0.0, is_searched=False)
+            pose = msgspec.structs.replace(pose, agreement=0.0, is_searched=False, through=1.0)
         if self._is_astray(away_m):
             self._forget()
         return pose
@@ -284,6 +284,7 @@ class PlanarLocalizer:
             returns,
             # Until the room has followed, it must not take the new place's agreement for the old one's.
             self._fresh > 0,
+            1.0 - self.tracked.agreement,
         )
 
 

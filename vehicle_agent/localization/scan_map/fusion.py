@@ -36,7 +36,8 @@ class ScanMapState(msgspec.Struct, frozen=True):
     """What the room remembers.
 
     filter          of everything but the scans, corrected by them
-    doubt           sum of what scans agreed less than expected (CUSUM); from 1.0 on the pose is called lost
+    doubt           sum of what scans agreed less than needed (CUSUM); from 1.0 on the pose is called lost
+    expected        agreement of the last believed scans, on average: the world may have changed
     scan_ns, scan_pose  of the last scan that was believed
     others          scans in a row that say the same other place; other: T_odom of it, odometry's frame
     restarted_ns    when the pose was last set to the scans' place, 0 never
@@ -46,6 +47,7 @@ class ScanMapState(msgspec.Struct, frozen=True):
 
     filter: LocalizationState
     doubt: float = 0.0
+    expected: float = 0.9
     scan_ns: int = 0
     scan_odometer_m: float = 0.0
     odometer_m: float = 0.0
@@ -72,9 +74,14 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
 
     map_std_m, map_std_rad  of the map at a place; map_m: way after which its error is another one
     gate                  squared Mahalanobis distance beyond which a scan is not believed (chi2, 3)
-    agreement_min         a scan that agrees less is not believed
-    agreement_expected, agreement_weight  of the CUSUM: below the first, doubt grows by the difference
-                          times the second with each scan; above, it falls
+    scan_m                way on which the errors of scans are the same: what misleads one misleads the next
+    agreement_ratio, agreement_min, agreement_max  a scan has to agree by this share of what is expected,
+                          within these bounds. One that agrees less is not believed
+    clear_min, clear_max  share of the beams that end on walls, and not behind them. From the first to the
+                          second what a scan needs falls by half: things that are new stand before walls, and
+                          a wrong pose has walls in the way of its beams
+    expected_scans        believed scans over which agreement is averaged
+    doubt_weight          of the CUSUM: doubt grows by so much of what a scan agrees less than needed
     doubt_max             doubt that is remembered
     lost_std_m            deviation that is stated while the pose may be wrong: the vehicle drives slowly
     confirmed_ns, confirmed_std_m  a believed fix that is younger and a filter that is surer: not lost
@@ -88,9 +95,14 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     map_std_rad: float = 0.001
     map_m: float = 10.0
     gate: float = 30.0
-    agreement_min: float = 0.45
-    agreement_expected: float = 0.5
-    agreement_weight: float = 2.0
+    scan_m: float = 0.5
+    agreement_ratio: float = 0.6
+    agreement_min: float = 0.2
+    agreement_max: float = 0.5
+    clear_min: float = 0.75
+    clear_max: float = 0.85
+    expected_scans: float = 60.0
+    doubt_weight: float = 0.7
     doubt_max: float = 2.0
     lost_std_m: float = 0.5
     confirmed_ns: int = 2_000_000_000
@@ -182,10 +194,11 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         inner = state.filter
         if inner.fix_stamp_ns == 0 or scan.stamp_ns < inner.poses_odom[0][0]:
             return state
+        needed = self._needed(state, scan)
         if not scan.is_searched:
-            grown = self.agreement_weight * (self.agreement_expected - scan.agreement)
+            grown = self.doubt_weight * (needed - scan.agreement)
             state = msgspec.structs.replace(state, doubt=min(self.doubt_max, max(0.0, state.doubt + grown)))
-        if scan.agreement < self.agreement_min:
+        if scan.agreement < needed:
             return msgspec.structs.replace(state, others=0)
         then_now = compose(inverse(pose_at(inner.poses_odom, scan.stamp_ns)), inner.odometry)
         seen_now = compose(scan.pose_map, then_now)
@@ -198,15 +211,25 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         if distance > self.gate or self.is_lost(state):
             return self._elsewhere(state, scan, seen_now)
         inner = msgspec.structs.replace(inner, mean=mean, covariance=covariance, since_fix_m=0.0)
+        expected = state.expected + (scan.agreement - state.expected) / self.expected_scans
         return msgspec.structs.replace(
-            state, filter=inner, scan_ns=scan.stamp_ns, scan_odometer_m=state.odometer_m, others=0
-        )
+            state, filter=inner, scan_ns=scan.stamp_ns, scan_odometer_m=state.odometer_m, others=0,
+            expected=expected,
+        )  # fmt: skip
+
+    def _needed(self, state: ScanMapState, scan: ScanPose) -> float:
+        """What the scan has to agree with the map if the pose is right."""
+        needed = min(self.agreement_max, max(self.agreement_min, self.agreement_ratio * state.expected))
+        clear = scan.agreement / max(1e-9, scan.agreement + scan.through)
+        certain = (clear - self.clear_min) / (self.clear_max - self.clear_min)
+        return needed * (1.0 - 0.5 * min(1.0, max(0.0, certain)))
 
     def _covariance(self, state: ScanMapState, scan: ScanPose) -> Array:
         """(3, 3) of a scan, and of the map, whose error the last scans had as well."""
         since_m = max(0.02, state.odometer_m - state.scan_odometer_m)
         same = max(1.0, 2.0 * self.map_m / since_m) if state.scan_ns else 1.0
-        found: Array = scan.covariance + same * np.diag(
+        alike = max(1.0, 2.0 * self.scan_m / since_m) if state.scan_ns else 1.0
+        found: Array = alike * scan.covariance + same * np.diag(
             [self.map_std_m**2, self.map_std_m**2, self.map_std_rad**2]
         )
         return found

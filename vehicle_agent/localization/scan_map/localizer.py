@@ -13,7 +13,9 @@ from contract.geometry import Array, Pose2, wrap_angle
 from contract.point_map.tiles import Surfels, no_surfels
 from vehicle_agent.localization.odometry.motion import deskewed, inverted
 from vehicle_agent.localization.odometry.voxel_map import first_of_voxels
-from vehicle_agent.localization.scan_map.matching import Match, MatchParams, in_plane, match_scan, scores_of
+from vehicle_agent.localization.scan_map.matching import Match, MatchParams, in_plane, match_scan
+from vehicle_agent.localization.scan_map.rays import beams_through
+from vehicle_agent.localization.scan_map.search import likely_poses
 from vehicle_agent.localization.scan_map.surfel_index import SurfelIndex, index_surfels
 from vehicle_agent.signals.arriving import ScanPose
 from vehicle_agent.signals.point_cloud import PointCloud
@@ -48,8 +50,11 @@ class LocalizerParams(msgspec.Struct, frozen=True):
     prior_scale   the prior counts with so many times its variance, so that a wrong one does not hold
     prior_m, prior_rad  least deviations of the prior in the plane
     height_m, lean_rad  of height, and of roll and pitch, from one scan to the next
-    search_m, search_rad, search_step_m, search_step_rad  half the window of the search, and its lattice
-    search_points, search_kept  points that are scored, poses that are aligned
+    near_m        a prior this sure is near: wide kernels would draw it to what has changed
+    beams         so many are followed to see whether walls are in their way
+    search_m, search_rad, search_step_rad  half the window of the search, and the step of its turns
+    search_points, search_kept, search_aligned  points that are scored, poses that are aligned, and points
+                  with which they are
     search_agreement, search_lead  of the best pose, and its lead over the second place
     """
 
@@ -65,13 +70,15 @@ class LocalizerParams(msgspec.Struct, frozen=True):
     prior_rad: float = 0.02
     height_m: float = 0.2
     lean_rad: float = 0.02
+    near_m: float = 0.15
+    beams: int = 150
     search_m: float = 10.0
     search_rad: float = 0.4
-    search_step_m: float = 1.0
-    search_step_rad: float = 0.1
-    search_points: int = 100
-    search_kept: int = 8
-    search_agreement: float = 0.6
+    search_step_rad: float = 0.05
+    search_points: int = 120
+    search_kept: int = 3
+    search_aligned: int = 300
+    search_agreement: float = 0.3
     search_lead: float = 0.1
     match: MatchParams = MatchParams()
 
@@ -107,11 +114,30 @@ class ScanLocalizer:
         if prior.is_lost:
             found = self._searched(points, above, pose)
             if found is not None:
-                return self._scan_pose(cloud.stamp_ns, found, is_searched=True)
-        match = match_scan(
-            points, above, self._index, self._guess(pose), self._information(prior), params.match
-        )
-        return self._scan_pose(cloud.stamp_ns, match, is_searched=False)
+                return self._scan_pose(
+                    cloud.stamp_ns, found, self._through(points, above, found), searched=True
+                )
+        matching = params.match
+        if self._is_near(prior):
+            matching = msgspec.structs.replace(matching, kernel_m=matching.kernel_m[-1:])
+        match = match_scan(points, above, self._index, self._guess(pose), self._information(prior), matching)
+        return self._scan_pose(cloud.stamp_ns, match, self._through(points, above, match), searched=False)
+
+    def _is_near(self, prior: ScanPrior) -> bool:
+        """Whether the prior is so sure that points at 20 m are where they seem to be."""
+        x2, y2, yaw2 = np.diag(prior.covariance)
+        return not prior.is_lost and bool(x2 + y2 + 400.0 * yaw2 < self.params.near_m**2)
+
+    def _through(self, points: Array, above: Array, match: Match) -> float:
+        """Share of the beams above the road that would have gone through walls."""
+        params, index = self.params, self._index
+        up = points[above > 0.0]
+        up = up[:: max(1, math.ceil(len(up) / params.beams))]
+        count = beams_through(
+            up, match.pose, index.voxel_m, index.keys, index.elements, params.match.reach_m,
+            params.match.inlier_m,
+        )  # fmt: skip
+        return count / len(up)
 
     def _load(self, x_m: float, y_m: float) -> None:
         """The tiles around a place; those that were left are forgotten."""
@@ -176,28 +202,32 @@ class ScanLocalizer:
         params = self.params
         up = points[above > 0.0]
         up = up[:: max(1, len(up) // params.search_points)]
-        ground_m = self._index.ground_m(pose.x_m, pose.y_m)
+        index = self._index
+        ground_m = index.ground_m(pose.x_m, pose.y_m)
         if ground_m is not None:
             self._height_m, self._lean = ground_m, np.eye(3)
-        poses = np.array([self._guess(place) for place in _lattice(pose, params)])
-        index = self._index
-        scores = scores_of(up, poses, index.voxel_m, index.keys, index.elements)
+        based = up @ self._mount[:3, :3].T + self._mount[:3, 3]
+        window = (params.search_m, params.search_rad, params.search_step_rad)
+        places = likely_poses(based, index, pose, self._height_m or 0.0, window, params.search_kept)
         loose = np.diag([1.0, 1.0, params.height_m**-2, params.lean_rad**-2, params.lean_rad**-2, 100.0])
-        found: list[Match] = []
-        for number in np.argsort(-scores, kind="stable")[: params.search_kept]:
-            found.append(match_scan(points, above, index, poses[number], loose, params.match))
+        few = slice(None, None, max(1, len(points) // params.search_aligned))
+        found = [
+            match_scan(points[few], above[few], index, self._guess(place), loose, params.match)
+            for place in places
+        ]
         found.sort(key=lambda match: -match.agreement)
         best = found[0]
         others = [m for m in found if np.linalg.norm(m.pose[:2, 3] - best.pose[:2, 3]) > 1.0]
         lead = best.agreement - (others[0].agreement if others else 0.0)
         if best.agreement < params.search_agreement or lead < params.search_lead:
             return None
-        return best
+        fine = msgspec.structs.replace(params.match, kernel_m=params.match.kernel_m[-1:])
+        return match_scan(points, above, index, best.pose, loose, fine)
 
-    def _scan_pose(self, stamp_ns: int, match: Match, *, is_searched: bool) -> ScanPose:
-        T = match.pose @ self._mount_back
+    def _scan_pose(self, stamp_ns: int, match: Match, through: float, *, searched: bool) -> ScanPose:
+        params, T = self.params, match.pose @ self._mount_back
         yaw_rad = math.atan2(T[1, 0], T[0, 0])
-        if match.agreement > 0.5:
+        if match.agreement > params.search_agreement:
             cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
             self._lean = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ T[:3, :3]
             self._height_m = float(T[2, 3])
@@ -212,7 +242,8 @@ class ScanLocalizer:
             0.5 * (covariance + covariance.T),
             match.agreement,
             match.points_up,
-            is_searched,
+            searched,
+            through,
         )
 
 
@@ -221,16 +252,3 @@ def _joined(parts: list[Surfels]) -> Surfels:
         return no_surfels()
     names = parts[0].__struct_fields__
     return Surfels(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def _lattice(pose: Pose2, params: LocalizerParams) -> list[Pose2]:
-    """Poses around one, a step apart."""
-    n, m = round(params.search_m / params.search_step_m), round(params.search_rad / params.search_step_rad)
-    steps_m = params.search_step_m * np.arange(-n, n + 1)
-    steps_rad = params.search_step_rad * np.arange(-m, m + 1)
-    return [
-        Pose2(pose.x_m + float(dx), pose.y_m + float(dy), pose.yaw_rad + float(turn))
-        for dx in steps_m
-        for dy in steps_m
-        for turn in steps_rad
-    ]

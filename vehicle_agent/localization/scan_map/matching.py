@@ -4,7 +4,6 @@ Point to plane by Gauss and Newton with a prior, as iterated filters do (Xu and 
 section III-C): a direction that no surface fixes stays at the prior, and what is stated of it is the prior's.
 """
 
-import math
 from dataclasses import dataclass
 
 import msgspec
@@ -35,7 +34,7 @@ class MatchParams(msgspec.Struct, frozen=True):
     reach_m: float = 0.8
     kernel_m: tuple[float, ...] = (0.5, 0.3, 0.15)
     inlier_m: float = 0.15
-    point_ratio: float = 0.1
+    point_ratio: float = 0.3
     noise_m: float = 0.04
     together: float = 20.0
     steps_max: int = 15
@@ -174,31 +173,3 @@ def _equations(
             counts[INLIERS] += 1.0
             counts[INLIERS_UP] += above[i]
     return information, gradient, counts
-
-
-@njit(cache=True)
-def scores_of(points: Array, poses: Array, voxel_m: float, keys: IntArray, elements: Array32) -> Array:
-    """(k,) for each pose (k, 4, 4), the share of points (n, 3) that have something of the map near them.
-
-    Surfaces count by their distance, so that a pose that is half a metre off has less than the right one.
-    """
-    scores = np.zeros(poses.shape[0])
-    for k in range(poses.shape[0]):
-        pose, total = poses[k], 0.0
-        for i in range(points.shape[0]):
-            px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-            x = pose[0, 0] * px + pose[0, 1] * py + pose[0, 2] * pz + pose[0, 3]
-            y = pose[1, 0] * px + pose[1, 1] * py + pose[1, 2] * pz + pose[1, 3]
-            z = pose[2, 0] * px + pose[2, 1] * py + pose[2, 2] * pz + pose[2, 3]
-            at = nearest_element(x, y, z, voxel_m, keys, elements, 1.0)
-            if at < 0:
-                continue
-            ex, ey, ez = x - elements[at, 0], y - elements[at, 1], z - elements[at, 2]
-            nx, ny, nz = elements[at, 3], elements[at, 4], elements[at, 5]
-            if nx != 0.0 or ny != 0.0 or nz != 0.0:
-                off = abs(nx * ex + ny * ey + nz * ez)
-            else:
-                off = 0.7 * math.sqrt(ex * ex + ey * ey + ez * ez)
-            total += max(0.0, 1.0 - off / 0.5)
-        scores[k] = total / max(1, points.shape[0])
-    return scores

@@ -31,10 +31,12 @@ from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
 from vehicle_agent.runtime.processes.gate_process import GateProcess
+from vehicle_agent.runtime.processes.lidar_process import LidarProcess
 from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
 from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
+from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProcess
@@ -104,12 +106,42 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
         *gates,
         Job("link", run_links, (places,)),
         Job("worker", run_worker, (places,)),
+        *sensor_jobs(places),
         *hmi_jobs,
         *screens,
         *planners,
         *localizers,
         *ticks,
     ]
+
+
+def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
+    """The processes that read sensors, of the vehicles that have a sensors.toml."""
+    jobs = []
+    for place in places:
+        files = AgentFolder(place.folder)
+        settings, name = files.sensors(), files.vehicle().vehicle_id
+        if settings is not None and settings.lidars:
+            jobs.append(Job(f"lidars {name}", run_lidars, (place,)))
+        if settings is not None and settings.addresses:
+            jobs.append(Job(f"receivers {name}", run_receivers, (place,)))
+    return jobs
+
+
+def run_lidars(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    vehicle, settings = files.vehicle(), files.sensors()
+    assert settings is not None, "only vehicles with a sensors.toml have this process"
+    with closing(place.clock.open(f"lidars {vehicle.vehicle_id}")) as clock:
+        LidarProcess(settings.lidars, Path(vehicle.scan_ring), vehicle.scans_port, clock).run()
+
+
+def run_receivers(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    vehicle, settings = files.vehicle(), files.sensors()
+    assert settings is not None, "only vehicles with a sensors.toml have this process"
+    with closing(place.clock.open(f"receivers {vehicle.vehicle_id}")) as clock:
+        serve_receivers(ReceiverProcess(settings, vehicle.values_port, clock))
 
 
 def run_gate(place: AgentPlace) -> None:

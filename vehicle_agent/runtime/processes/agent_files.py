@@ -5,6 +5,7 @@ profile.toml      the kind of vehicle
 map.json          the campus map; map-VERSION.json one that was published, until the vehicle changes over
 speaking.toml     screens and loudspeaker, if this computer drives them (see `hmi_devices`)
 screen.toml       the onboard screen for passengers, if this computer serves one (see `screen_settings`)
+sensors.toml      lidars and receivers, if this computer reads them itself (see `sensors_file`)
 key.pem           the vehicle's key
 point-map/        the map that scans are compared with, if the vehicle has one
 boot.count, link.count  numbers of starts of the tick and of the link
@@ -27,6 +28,7 @@ from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
+from vehicle_agent.runtime.sensors.sensors_file import SensorSettings, load_sensors
 from vehicle_agent.stacks.choice import checked_localization_map
 
 
@@ -108,6 +110,10 @@ class AgentFolder:
     def screen(self) -> ScreenSettings | None:
         """Raises ScreenError."""
         return load_screen_settings(self.root / "screen.toml")
+
+    def sensors(self) -> SensorSettings | None:
+        """Raises SensorsError."""
+        return load_sensors(self.root / "sensors.toml")
 
     def road_map(self) -> RoadMap:
         """Raises MapError."""

@@ -39,6 +39,7 @@ class _Feed:
         self.port = DatagramPort(vehicle.scans_port)
         self.mailbox = Mailbox(vehicle.mail / "worker")
         self._ring: ScanRing | None = None
+        self._left_out = 0
 
     def process_newest(self) -> None:
         """Processes the newest scan; older ones are skipped."""
@@ -57,6 +58,9 @@ class _Feed:
             # The driver has created a new ring, or the scan was overwritten: the next scan decides.
             self._ring = None
             return
+        if ready.left_out and not self._left_out:
+            log.warning("worker.points_left_out", vehicle_id=self.vehicle.vehicle_id, points=ready.left_out)
+        self._left_out = ready.left_out
         percept = percept_from_scan(scan[0], ready.stamp_ns, self.vehicle.height_map)
         delivery = Delivery(self._clock.now_ns(), "worker", percept)
         # The gate gets percepts directly, so that an error of the tick does not reach it.

@@ -38,7 +38,7 @@ export function App({ tracker }: { readonly tracker: BoardTracker }) {
         </h1>
         <p class="clock">{formatTime(tracker.now_ms.value, language.value, timezone)}</p>
       </header>
-      <Notices board={board} />
+      <Notices board={board} now_ms={tracker.now_ms.value} />
       {is_stale && (
         <Alert tone="danger">{t.offline(formatTime(board.now, language.value, timezone))}</Alert>
       )}
@@ -58,15 +58,33 @@ export function App({ tracker }: { readonly tracker: BoardTracker }) {
   );
 }
 
-function Notices({ board }: { readonly board: Board }) {
+interface NoticesProps {
+  readonly board: Board;
+  readonly now_ms: number;
+}
+
+function Notices({ board, now_ms }: NoticesProps) {
   const t = texts.value;
   const time = (moment: string) =>
     formatTimeOrDateTime(moment, board.now, language.value, board.timezone);
-  const { open_now, opens_next, closes_at, holiday, closures } = board;
+  const { open_now, opens_next, closes_at, holiday, closures, announcements } = board;
+  // Without a connection the list stays as it was.
+  const stands = ({ ends_at }: Board["announcements"][number]) =>
+    ends_at === null || Date.parse(ends_at) > now_ms;
   const closes_soon =
     closes_at !== null && Date.parse(closes_at) - Date.parse(board.now) < CLOSING_SOON_MS;
   return (
     <>
+      {announcements.filter(stands).map((one) => (
+        <div key={one.announcement_id} data-announcement>
+          <Alert>
+            <strong>{language.value === "en" ? one.text_en : one.text_zh}</strong>
+            <small lang={language.value === "en" ? "zh-CN" : "en"}>
+              {language.value === "en" ? one.text_zh : one.text_en}
+            </small>
+          </Alert>
+        </div>
+      ))}
       {holiday !== null && <Alert>{t.holiday(holiday)}</Alert>}
       {closures.map((one) => (
         <div key={`${one.starts_at} ${one.reason}`} data-closure>

@@ -23,6 +23,11 @@ export function AnnouncementBar({
   const help_age_s = scene?.help_age_s ?? null;
   return (
     <footer aria-label={t.announcements}>
+      {view?.shown != null && (
+        <p class="standing" role="status">
+          {language.value === "en" ? view.shown.text : view.shown.text_zh}
+        </p>
+      )}
       <p class="said" role="status">
         {!is_current
           ? t.no_announcement

@@ -27,6 +27,7 @@ function aView(changes: Partial<CabinView> = {}): CabinView {
     early_stop: false,
     serving: false,
     limited_by: "speed_limit",
+    shown: null,
     ...changes,
   };
 }

@@ -22,6 +22,8 @@ export interface CabinView {
   readonly early_stop: boolean;
   readonly serving: boolean;
   readonly limited_by: SpeedLimitReason;
+  /** The operators' announcement that stands now. */
+  readonly shown: { readonly text: string; readonly text_zh: string } | null;
 }
 
 export interface CabinVisit {

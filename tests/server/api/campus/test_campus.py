@@ -56,3 +56,14 @@ def test_without_a_map_the_server_lives_but_is_not_ready(tmp_path: Path) -> None
 def test_with_a_map_the_server_is_ready(server: ServerUnderTest) -> None:
     ready = server.get("/ready")
     assert (ready.status_code, ready.json()["vehicles_connected"]) == (200, 0)
+
+
+def test_the_stops_come_compressed_and_in_pages_with_their_link(server: ServerUnderTest) -> None:
+    plain = server.get("/stops", headers={"Accept-Encoding": "identity"})
+    packed = server.get("/stops", headers={"Accept-Encoding": "gzip"})
+    assert packed.headers["Content-Encoding"] == "gzip"
+    assert packed.json() == plain.json()
+    assert packed.headers["ETag"] != plain.headers["ETag"]
+    (first,) = server.get("/stops?limit=1").json()
+    assert first == plain.json()[0]
+    assert 'rel="next"' in server.get("/stops?limit=1").headers["Link"]

@@ -35,6 +35,7 @@ PUBLIC_READING = {
     ("GET", "/campus/notices"),
     # By a vehicle's signature.
     ("GET", "/maps/{map_version}/vehicle-file"),
+    ("GET", "/announcements/current"),
     ("GET", "/stops/{stop_id}/board"),
     ("GET", "/stops/{stop_id}/board/code"),
     ("GET", "/rides/lookup"),

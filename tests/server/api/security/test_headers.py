@@ -10,13 +10,15 @@ from tests.server.api.server_under_test import ServerUnderTest
 Told = dict[str, str]
 
 
-async def answered(told: Told, with_tls: bool = False, kind: str = "http") -> list[Told]:
+async def answered(
+    told: Told, with_tls: bool = False, kind: str = "http", path: str = "/", status: int = 200
+) -> list[Told]:
     """The headers of each message that leaves an application which sets these itself."""
 
     async def app(scope, receive, send):  # type: ignore[no-untyped-def]
         raw = [(name.lower().encode(), value.encode()) for name, value in told.items()]
         start = "http.response.start" if kind == "http" else "websocket.accept"
-        await send({"type": start, "status": 200, "headers": raw})
+        await send({"type": start, "status": status, "headers": raw})
         await send({"type": "http.response.body", "body": b""})
 
     sent: list[Told] = []
@@ -28,7 +30,7 @@ async def answered(told: Told, with_tls: bool = False, kind: str = "http") -> li
     async def receive():  # type: ignore[no-untyped-def]
         raise AssertionError("nothing is read")
 
-    await SecurityHeaders(app, with_tls)({"type": kind}, receive, send)
+    await SecurityHeaders(app, with_tls)({"type": kind, "path": path}, receive, send)
     return sent
 
 
@@ -53,6 +55,13 @@ def test_only_a_server_with_a_certificate_asks_for_encrypted_visits_from_now_on(
 ) -> None:
     (told,) = server.run(answered({}, with_tls))
     assert told.get("strict-transport-security") == (HSTS if with_tls else None)
+
+
+def test_a_file_that_a_page_asks_for_carries_what_is_of_use_there(server: ServerUnderTest) -> None:
+    (told,) = server.run(answered({}, True, path="/assets/form-BIY78yaz.js"))
+    assert told == {"x-content-type-options": "nosniff", "strict-transport-security": HSTS}
+    (missing,) = server.run(answered({}, path="/assets/form-gone.js", status=404))
+    assert missing["content-security-policy"] == HEADERS["Content-Security-Policy"]
 
 
 def test_what_a_page_says_of_itself_stands(server: ServerUnderTest) -> None:

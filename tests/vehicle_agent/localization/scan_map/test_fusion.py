@@ -53,6 +53,7 @@ class Ride:
         scans: bool = False,
         off_m: float = 0.0,
         agreement: float = 0.9,
+        through: float = 0.02,
     ) -> Ego:
         for _ in range(round(50.0 * seconds)):
             self.ticks += 1
@@ -65,7 +66,7 @@ class Ride:
             if scans and self.ticks % 5 == 0:
                 pose = Pose2(self.x_m - self.speed_mps * 0.1 + off_m, 0.0, 0.0)
                 covariance = np.diag([0.02**2, 0.02**2, 0.002**2])
-                items.append(ScanPose(now_ns - 5 * STEP_NS, pose, covariance, agreement, 400))
+                items.append(ScanPose(now_ns - 5 * STEP_NS, pose, covariance, agreement, 400, False, through))
             motion = VehicleMotion(now_ns, 1.03 * self.speed_mps, 0.0, 0.0, 0.0, True, False, True, 1.0)
             self.ego, self.state = ROOM.step(self.state, motion, tuple(items), now_ns)
         assert self.ego is not None
@@ -108,7 +109,7 @@ def test_one_scan_elsewhere_does_not_move_the_pose() -> None:
 def test_scans_that_disagree_slow_the_vehicle_down_and_it_clears_by_itself() -> None:
     ride = started()
     ride.drive(10.0, scans=True)
-    ego = ride.drive(3.0, scans=True, agreement=0.2)
+    ego = ride.drive(3.0, scans=True, agreement=0.2, through=0.2)
     assert ego.valid
     assert ego.position_std_m > SLOW_FROM_M
     assert [(fault.code, fault.severity) for fault in ego.faults] == [("pose_poor", "warning")]
@@ -117,9 +118,36 @@ def test_scans_that_disagree_slow_the_vehicle_down_and_it_clears_by_itself() -> 
     assert ego.faults == ()
 
 
+def test_trucks_that_hide_half_of_the_map_are_no_reason_to_be_slow() -> None:
+    ride = started()
+    ride.drive(10.0, scans=True)
+    ego = ride.drive(60.0, scans=True, agreement=0.35, through=0.04)
+    assert ego.faults == ()
+    assert ride.error_m() < 0.1
+
+
+def test_a_wrong_pose_is_called_lost_within_two_seconds() -> None:
+    ride = started()
+    ride.drive(10.0, scans=True)
+    ego = ride.drive(2.0, scans=True, agreement=0.1, through=0.15)
+    assert ego.position_std_m > SLOW_FROM_M
+
+
+def test_a_world_that_changed_bit_by_bit_is_what_is_expected_next() -> None:
+    """The same scan after a good map is a reason to doubt, and after a changed world it is none."""
+    ride = started()
+    ride.drive(10.0, scans=True)
+    suddenly = ride.drive(4.0, scans=True, agreement=0.36, through=0.14)
+    assert suddenly.faults != ()
+    slowly = started()
+    for agreement in (0.8, 0.7, 0.6, 0.55, 0.5):
+        slowly.drive(10.0, scans=True, agreement=agreement)
+    assert slowly.drive(4.0, scans=True, agreement=0.36, through=0.14).faults == ()
+
+
 def test_with_gnss_a_changed_world_slows_nothing_down() -> None:
     ride = started()
-    ego = ride.drive(5.0, gnss=True, scans=True, agreement=0.2)
+    ego = ride.drive(5.0, gnss=True, scans=True, agreement=0.2, through=0.2)
     assert ego.position_std_m < SLOW_FROM_M
     assert ride.error_m() < 0.1
 

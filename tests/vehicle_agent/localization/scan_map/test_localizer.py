@@ -89,3 +89,45 @@ def test_a_lost_vehicle_is_searched_and_found(dx: float, dy: float, turn: float)
     assert found is not None
     assert found.is_searched
     assert off_m(found.pose_map, true) < 0.1
+
+
+# A truck and containers that are new, close to the vehicle and large.
+NEW_THINGS = (
+    ((4.0, 4.0, 0.0), (8.0, 0.0, 0.0), (0.0, 0.0, 4.0)),
+    ((-9.0, -3.0, 0.0), (6.0, 0.5, 0.0), (0.0, 0.0, 3.0)),
+    ((10.0, -3.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 3.0)),
+)
+
+
+def test_new_things_stand_before_walls_and_a_wrong_pose_has_walls_in_the_way() -> None:
+    true, wrong = Pose2(0.0, 1.0, 0.2), Pose2(-12.0, 5.0, 0.5)
+    changed = a_localizer().step(a_scan((*SQUARE, *NEW_THINGS), true, 4), ScanPrior(true, SURE, 0.0, 0.0))
+    astray = a_localizer().step(a_scan(SQUARE, true, 4), ScanPrior(wrong, SURE, 0.0, 0.0))
+    assert changed is not None
+    assert astray is not None
+    assert off_m(changed.pose_map, true) < 0.05
+    assert changed.through < 0.1 * changed.agreement
+    assert astray.through > astray.agreement
+
+
+@pytest.mark.parametrize(("dx", "dy", "turn"), [(6.0, -3.0, 0.3), (-7.0, 2.0, -0.3)])
+def test_a_lost_vehicle_is_found_in_a_changed_world(dx: float, dy: float, turn: float) -> None:
+    true = Pose2(0.0, 1.0, 0.2)
+    prior = ScanPrior(Pose2(dx, 1.0 + dy, 0.2 + turn), SURE, 0.0, 0.0, is_lost=True)
+    found = a_localizer().step(a_scan((*SQUARE, *NEW_THINGS), true, 5), prior)
+    assert found is not None
+    assert found.is_searched
+    assert off_m(found.pose_map, true) < 0.1
+
+
+def test_a_sure_prior_is_not_drawn_to_a_wall_that_stands_elsewhere_today() -> None:
+    """Two thirds of the end wall were moved by 35 cm, all else is as on the map."""
+    end = (
+        ((22.0, -14.0, 0.0), (0.0, 8.0, 0.0), (0.0, 0.0, 6.0)),
+        ((22.35, -6.0, 0.0), (0.0, 17.0, 0.0), (0.0, 0.0, 6.0)),
+    )
+    moved = (*SQUARE[:2], *end, *SQUARE[3:])
+    true = Pose2(0.0, 1.0, 0.2)
+    found = a_localizer().step(a_scan(moved, true, 6), ScanPrior(true, SURE / 4.0, 0.0, 0.0))
+    assert found is not None
+    assert off_m(found.pose_map, true) < 0.06

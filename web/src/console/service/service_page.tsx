@@ -1,5 +1,6 @@
 import { useEffect } from "preact/hooks";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { AnnouncementList } from "../announcements/announcement_list";
 import { ClosureList } from "../closures/closure_list";
 import { closures } from "../store/closures";
 import { activeSeries } from "../store/series";
@@ -34,6 +35,7 @@ export function ServicePage() {
       <div class="service-grid">
         {shown !== null && <ExceptionList shown={shown} />}
         {shown !== null && <CalendarList shown={shown} />}
+        <AnnouncementList />
         <ClosureList />
         <TripList />
         <SeriesList />

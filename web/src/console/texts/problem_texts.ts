@@ -19,6 +19,10 @@ const OPERATORS_TOO: Record<Language, Record<string, string>> = {
     shifts_invalid: "The shifts contradict each other. Check the times: each ends after it begins.",
     lane_unknown: "The map has no such lane. Check the ids.",
     section_unknown: "The map has no such section. Check the ids.",
+    announcement_invalid:
+      "Write the text in both languages. The end must be after the beginning and in the future. End an older announcement if too many stand.",
+    announcement_unknown: "There is no such announcement.",
+    announcement_over: "This announcement is over already.",
     closure_invalid:
       "Choose a road to close. The end must be after the beginning and in the future.",
     closure_unknown: "There is no such closure.",
@@ -81,6 +85,10 @@ const OPERATORS_TOO: Record<Language, Record<string, string>> = {
     shifts_invalid: "班次相互矛盾，请检查时间：结束须晚于开始。",
     lane_unknown: "地图中没有该车道，请检查编号。",
     section_unknown: "地图中没有该路段，请检查编号。",
+    announcement_invalid:
+      "请用两种语言填写内容；结束时间须晚于开始时间和当前时间。公告过多时请先结束旧的公告。",
+    announcement_unknown: "没有该公告。",
+    announcement_over: "该公告已经结束。",
     closure_invalid: "请填写要封闭的道路；结束时间须晚于开始时间和当前时间。",
     closure_unknown: "没有该封路记录。",
     closure_over: "该封路已经结束。",

@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
 import { hardTexts, textEntries } from "../../shared/texts/text_entries";
+import { announcementEn } from "./announcement_texts_en";
 import { forkEn } from "./fork_texts_en";
 import { onboardEn } from "./onboard_texts_en";
 import { recordingEn } from "./recording_texts_en";
@@ -20,7 +21,7 @@ test("every text exists in both languages", () => {
 });
 
 test("no text of a file of its own is covered by one of the same name", () => {
-  for (const part of [forkEn, onboardEn, recordingEn, replayEn, statisticsEn])
+  for (const part of [announcementEn, forkEn, onboardEn, recordingEn, replayEn, statisticsEn])
     for (const [key, text] of Object.entries(part)) expect(en[key as keyof typeof en]).toBe(text);
 });
 

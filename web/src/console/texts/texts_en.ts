@@ -14,6 +14,7 @@ import type {
 import type { Role } from "../session";
 import type { Condition } from "../../shared/scene/condition";
 import { statisticsEn } from "./statistics_texts_en";
+import { announcementEn } from "./announcement_texts_en";
 import { forkEn } from "./fork_texts_en";
 import { onboardEn } from "./onboard_texts_en";
 import { recordingEn } from "./recording_texts_en";
@@ -34,6 +35,7 @@ const conditions: Record<Condition, string> = {
 };
 
 export const en = {
+  ...announcementEn,
   ...forkEn,
   ...onboardEn,
   ...recordingEn,

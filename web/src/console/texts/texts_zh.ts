@@ -1,4 +1,5 @@
 import { statisticsZh } from "./statistics_texts_zh";
+import { announcementZh } from "./announcement_texts_zh";
 import { forkZh } from "./fork_texts_zh";
 import { onboardZh } from "./onboard_texts_zh";
 import { recordingZh } from "./recording_texts_zh";
@@ -6,6 +7,7 @@ import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
 
 export const zh: ConsoleTexts = {
+  ...announcementZh,
   ...forkZh,
   ...onboardZh,
   ...recordingZh,

@@ -7,6 +7,7 @@ import { language } from "../../shared/texts/language";
 import { Alert, ProblemAlert } from "../../shared/ui/alerts";
 import { DestinationIcon, PickupIcon, SwapIcon } from "../../shared/ui/icons";
 import { Stepper } from "../../shared/ui/stepper";
+import { laterViews } from "../later/later_views";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
 import { storeRideToken, storeSeriesToken } from "../token_storage";
@@ -96,6 +97,7 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
   const problem = useSignal<Problem | null>(null);
   const t = texts.value;
   const { timezone, seats_max, wheelchairs_max } = campus.view;
+  const views = laterViews.value;
   const is_ready =
     canBook.value &&
     (isRecurring.value ? isSeriesRequestValid(timezone) : isPickupTimeValid(timezone));
@@ -118,6 +120,13 @@ function BookingForm({ campus, focus, onPick }: BookingFormProps) {
       <h1>{t.book_title}</h1>
       <CurrentRideAlert />
       <ServiceAlert campus={campus} />
+      {views !== null && (
+        <views.AnnouncementList
+          timezone={timezone}
+          stop_ids={[pickup.value, destination.value].filter((stop_id) => stop_id !== "")}
+          vehicle_id={null}
+        />
+      )}
       {missing_stop.value && <Alert tone="warning">{t.link_stop_missing}</Alert>}
       {!canBook.value && (
         <LastTripList campus={campus} disabled={busy.value} onBook={(trip) => void again(trip)} />

@@ -5,6 +5,7 @@ import { stopNameById } from "../../shared/campus/campus_geometry";
 import { monotonic_ms } from "../../shared/live/clock";
 import { language } from "../../shared/texts/language";
 import { Alert, Loading, ProblemAlert } from "../../shared/ui/alerts";
+import { AnnouncementList } from "../announcements/announcement_list";
 import { clearEnds } from "../booking/ride_request";
 import { goTo } from "../navigation";
 import { texts } from "../texts/texts";
@@ -55,6 +56,13 @@ export function RidePanel({ ride, campus }: RidePanelProps) {
       <p class="visually-hidden" role="status">
         {announcedText(progress, vehicleName(ride))}
       </p>
+      {!progress.ended && (
+        <AnnouncementList
+          timezone={campus.view.timezone}
+          stop_ids={[ticket.from_stop, ticket.to_stop]}
+          vehicle_id={ride.vehicle.value?.vehicle_id ?? ticket.vehicle_id ?? null}
+        />
+      )}
       <RideDetails ride={ride} ticket={ticket} progress={progress} campus={campus} />
       <ConnectionAlert ride={ride} progress={progress} />
       {ticket.promise !== null && (

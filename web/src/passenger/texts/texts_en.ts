@@ -62,6 +62,8 @@ export const en = {
   book: "Book the ride",
   booking: "Booking…",
   both_stops_first: "Choose both stops first",
+  operators_say: "Announcement:",
+  said_until: (time: string) => `Until ${time}.`,
   closed_until: (time: string) => `The shuttles are not running now. Next service: ${time}.`,
   closed: "The shuttles are not running this week.",
   closes_soon: (time: string) => `The service closes at ${time}. Your ride must end before then.`,

@@ -62,6 +62,8 @@ export const zh: PassengerTexts = {
   book: "预约行程",
   booking: "正在预约…",
   both_stops_first: "请先选择站点",
+  operators_say: "公告：",
+  said_until: (time) => `有效至 ${time}。`,
   closed_until: (time) => `当前不在运营时段。下次运营：${time}。`,
   closed: "本周班车停运。",
   have_code: "我有行程码",

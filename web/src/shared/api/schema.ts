@@ -1085,6 +1085,70 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/announcements/current": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Current Announcements
+         * @description What riders are told at this moment, the newest first.
+         */
+        get: operations["list_current_announcements"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/announcements": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Announcements
+         * @description Newest first, those that are over included.
+         */
+        get: operations["list_announcements"];
+        put?: never;
+        /**
+         * Make Announcement
+         * @description Riders see it from its beginning to its end. Shuttles that it addresses say it when it begins.
+         */
+        post: operations["make_announcement"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/announcements/{announcement_id}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Announcement
+         * @description Boards, phones and shuttles show it no longer; it stays in the list with who ended it.
+         */
+        post: operations["end_announcement"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/closures": {
         parameters: {
             query?: never;
@@ -2518,6 +2582,130 @@ export interface components {
             text: string;
         };
         /**
+         * AnnouncementBody
+         * @example {
+         *       "text_zh": "图书馆站今天改到东侧上车。",
+         *       "text_en": "Today shuttles stop at the east side of the library.",
+         *       "audience": "stops",
+         *       "stop_ids": [
+         *         "library"
+         *       ],
+         *       "vehicle_ids": [],
+         *       "starts_at": null,
+         *       "ends_at": "2026-09-01T16:00:00Z"
+         *     }
+         */
+        AnnouncementBody: {
+            /**
+             * Text Zh
+             * @description In Chinese.
+             */
+            text_zh: string;
+            /**
+             * Text En
+             * @description The same in English.
+             */
+            text_en: string;
+            /**
+             * @description all: stop boards, the passenger page and shuttles. stops: boards, and passengers who go from or to there. shuttles: said aloud and shown in the shuttle, and shown to those who ride in it.
+             * @default all
+             */
+            audience: components["schemas"]["Audience"];
+            /**
+             * Stop Ids
+             * @description Empty: all stops.
+             * @default []
+             */
+            stop_ids: string[];
+            /**
+             * Vehicle Ids
+             * @description Empty: all shuttles.
+             * @default []
+             */
+            vehicle_ids: string[];
+            /**
+             * Starts At
+             * @description Null: now.
+             */
+            starts_at?: string | null;
+            /**
+             * Ends At
+             * @description Null: until it is ended.
+             */
+            ends_at?: string | null;
+        };
+        /**
+         * AnnouncementState
+         * @description scheduled: its time has not come; over: its time has passed, or an operator ended it.
+         * @enum {string}
+         */
+        AnnouncementState: "scheduled" | "current" | "over";
+        /**
+         * AnnouncementView
+         * @description An announcement with its author and its state.
+         * @example {
+         *       "text_zh": "图书馆站今天改到东侧上车。",
+         *       "text_en": "Today shuttles stop at the east side of the library.",
+         *       "audience": "stops",
+         *       "stop_ids": [
+         *         "library"
+         *       ],
+         *       "vehicle_ids": [],
+         *       "starts_at": "2026-09-01T08:00:00Z",
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "announcement_id": "announcement-3",
+         *       "state": "current",
+         *       "made_by": "ines",
+         *       "made_at": "2026-09-01T08:00:00Z",
+         *       "ended_by": "",
+         *       "ended_at": null
+         *     }
+         */
+        AnnouncementView: {
+            /** Announcement Id */
+            announcement_id: string;
+            /** Text Zh */
+            text_zh: string;
+            /** Text En */
+            text_en: string;
+            audience: components["schemas"]["Audience"];
+            /**
+             * Stop Ids
+             * @description Of the audience `stops`; empty: all stops.
+             */
+            stop_ids: string[];
+            /**
+             * Vehicle Ids
+             * @description Of the audience `shuttles`; empty: all shuttles.
+             */
+            vehicle_ids: string[];
+            /**
+             * Starts At
+             * Format: date-time
+             */
+            starts_at: string;
+            /** Ends At */
+            ends_at: string | null;
+            state: components["schemas"]["AnnouncementState"];
+            /** Made By */
+            made_by: string;
+            /**
+             * Made At
+             * Format: date-time
+             */
+            made_at: string;
+            /**
+             * Ended By
+             * @description Empty if its time has passed, or has not.
+             */
+            ended_by: string;
+            /**
+             * Ended At
+             * @description When an operator ended it.
+             */
+            ended_at: string | null;
+        };
+        /**
          * AreaReport
          * @description An observation area that the vehicle watches.
          *
@@ -2558,6 +2746,12 @@ export interface components {
             /** Xy */
             xy: number[];
         };
+        /**
+         * Audience
+         * @description all: boards, passengers' phones and shuttles. stops, shuttles: these alone, and riders who use them.
+         * @enum {string}
+         */
+        Audience: "all" | "stops" | "shuttles";
         /**
          * AuditEntryView
          * @example {
@@ -2740,6 +2934,20 @@ export interface components {
          *           "is_served": false
          *         }
          *       ],
+         *       "announcements": [
+         *         {
+         *           "text_zh": "图书馆站今天改到东侧上车。",
+         *           "text_en": "Today shuttles stop at the east side of the library.",
+         *           "audience": "stops",
+         *           "stop_ids": [
+         *             "library"
+         *           ],
+         *           "vehicle_ids": [],
+         *           "starts_at": "2026-09-01T08:00:00Z",
+         *           "ends_at": "2026-09-01T16:00:00Z",
+         *           "announcement_id": "announcement-3"
+         *         }
+         *       ],
          *       "book_url": "https://campus.example/?from=library"
          *     }
          */
@@ -2776,6 +2984,11 @@ export interface components {
              * @description By their beginning.
              */
             closures: components["schemas"]["BoardClosureView"][];
+            /**
+             * Announcements
+             * @description Of the operators, the newest first.
+             */
+            announcements: components["schemas"]["CurrentAnnouncement"][];
             /**
              * Book Url
              * @description Where a ride from this stop is booked.
@@ -3178,7 +3391,7 @@ export interface components {
         CommandScene: {
             command_id: string;
             /** @enum {unknown} */
-            kind: "announce" | "hold" | "mark" | "resume" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
+            kind: "announce" | "hold" | "mark" | "resume" | "set_position" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
             /** @enum {unknown} */
             state: "done" | "failed" | "pending";
             detail: string;
@@ -3206,7 +3419,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene";
+            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene" | "set_position";
             /** Text */
             text: string;
             /**
@@ -3273,6 +3486,48 @@ export interface components {
             name: string;
             /** Password */
             password: string;
+        };
+        /**
+         * CurrentAnnouncement
+         * @description What riders are told at this moment.
+         * @example {
+         *       "text_zh": "图书馆站今天改到东侧上车。",
+         *       "text_en": "Today shuttles stop at the east side of the library.",
+         *       "audience": "stops",
+         *       "stop_ids": [
+         *         "library"
+         *       ],
+         *       "vehicle_ids": [],
+         *       "starts_at": "2026-09-01T08:00:00Z",
+         *       "ends_at": "2026-09-01T16:00:00Z",
+         *       "announcement_id": "announcement-3"
+         *     }
+         */
+        CurrentAnnouncement: {
+            /** Announcement Id */
+            announcement_id: string;
+            /** Text Zh */
+            text_zh: string;
+            /** Text En */
+            text_en: string;
+            audience: components["schemas"]["Audience"];
+            /**
+             * Stop Ids
+             * @description Of the audience `stops`; empty: all stops.
+             */
+            stop_ids: string[];
+            /**
+             * Vehicle Ids
+             * @description Of the audience `shuttles`; empty: all shuttles.
+             */
+            vehicle_ids: string[];
+            /**
+             * Starts At
+             * Format: date-time
+             */
+            starts_at: string;
+            /** Ends At */
+            ends_at: string | null;
         };
         /**
          * DayView
@@ -3756,7 +4011,7 @@ export interface components {
         /** FaultReport */
         FaultReport: {
             /** @enum {unknown} */
-            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
+            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "localization_silent" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
             /** @enum {unknown} */
             severity: "info" | "stop" | "warning";
             since_ns: number;
@@ -3767,7 +4022,7 @@ export interface components {
              * Code
              * @enum {string}
              */
-            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
+            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "localization_silent" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
             /**
              * Severity
              * @enum {string}
@@ -4277,6 +4532,22 @@ export interface components {
             number,
             "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
         ];
+        /**
+         * LocalizationReport
+         * @description How well the vehicle knows where it is.
+         *
+         *         phase           "gnss_only" also of a vehicle that compares no scans with a map
+         *         position_std_m  standard deviation along its worst direction; None while there is no position
+         *         agreement       share of the last scan's points that lie on the map; None without one
+         */
+        LocalizationReport: {
+            /** @enum {unknown} */
+            phase: "doubtful" | "gnss_only" | "lost" | "recovered" | "tracking" | "waiting";
+            /** @default null */
+            position_std_m: number | null;
+            /** @default null */
+            agreement: number | null;
+        };
         /**
          * MapDiff
          * @example {
@@ -6516,6 +6787,8 @@ export interface components {
             hold_reason: ("fault" | "just_started" | "off_map" | "off_route" | "operator_hold" | "operator_stop" | "takeover" | "unreachable_visit") | null;
             /** @default  */
             hold_detail: string;
+            /** @default null */
+            localization: components["schemas"]["LocalizationReport"] | null;
         };
         /**
          * StatusView
@@ -12105,6 +12378,275 @@ export interface operations {
             };
             /** @description The body is larger than allowed. */
             413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_current_announcements: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CurrentAnnouncement"][];
+                };
+            };
+        };
+    };
+    list_announcements: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AnnouncementView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    make_announcement: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AnnouncementBody"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AnnouncementView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    end_announcement: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                announcement_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AnnouncementView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };

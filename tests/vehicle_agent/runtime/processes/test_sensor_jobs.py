@@ -1,0 +1,46 @@
+"""A vehicle with a sensors.toml has processes that read its sensors; a wrong file is refused at the start."""
+
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from campusloop.cli import app_of
+from campusloop.shipped import DEFAULT_MAP
+from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+
+PLACE = "place = { x_m = 0.0, y_m = 0.0, z_m = 2.0 }\n"
+LIDAR = f'[lidars.roof]\nlisten = "udp:2368"\n{PLACE}'
+INERTIAL = f'[inertial.vn]\nsource = "/dev/ttyUSB0"\n{PLACE}'
+
+
+def a_vehicle(folder: Path, sensors: str | None) -> AgentPlace:
+    files = AgentFolder(folder)
+    vehicle = VehicleFile(
+        "shuttle-7", "https://127.0.0.1:1", "udp:239.1.1.1:1", 1, 2, 3, str(folder / "scans")
+    )
+    files.prepare(vehicle, DEFAULT_MAP, None)
+    if sensors is not None:
+        (folder / "sensors.toml").write_text(sensors)
+    return AgentPlace(folder, folder / "mail")
+
+
+def sensor_jobs_of(place: AgentPlace) -> list[str]:
+    names = [job.name for job in agent_jobs((place,))]
+    return [name for name in names if name.startswith(("lidars", "receivers"))]
+
+
+def test_each_kind_of_sensor_has_a_process(tmp_path: Path) -> None:
+    assert sensor_jobs_of(a_vehicle(tmp_path / "none", None)) == []
+    assert sensor_jobs_of(a_vehicle(tmp_path / "a", LIDAR)) == ["lidars shuttle-7"]
+    assert sensor_jobs_of(a_vehicle(tmp_path / "b", INERTIAL)) == ["receivers shuttle-7"]
+    both = sensor_jobs_of(a_vehicle(tmp_path / "c", LIDAR + INERTIAL))
+    assert both == ["lidars shuttle-7", "receivers shuttle-7"]
+
+
+def test_an_agent_whose_sensors_cannot_be_read_does_not_start(tmp_path: Path) -> None:
+    place = a_vehicle(tmp_path, LIDAR.replace("udp:2368", "usb"))
+    ran = CliRunner().invoke(app_of(["agent"]), ["agent", "run", str(place.folder)])
+    assert ran.exit_code == 2
+    assert "sensors.toml" in ran.output
+    assert "'usb' is none of /dev/NAME, tcp:HOST:PORT, udp:PORT" in ran.output.replace("\n", " ")
