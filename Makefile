@@ -9,7 +9,7 @@ PY := $(BIN)/python
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-virtual test-faults soak-maps \
-  lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators \
+  lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators lighthouse \
   cluster tracing workshop sbom docs clean
 
 help:
@@ -23,6 +23,7 @@ help:
 	@echo "make soak-kill  SIGKILL of server, agent, database and broker, again and again (N=500)"
 	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
+	@echo "make lighthouse  install Lighthouse, for python -m benchmarks.web"
 	@echo "make generators  install what tests check the specifications with (CI does)"
 	@echo "make cluster     install Dask, for --cluster (CI does)"
 	@echo "make tracing     install what sends traces of rides, for OTEL_EXPORTER_OTLP_ENDPOINT (CI does)"
@@ -66,6 +67,13 @@ web/dist/built: $(shell find web/src web/public web/*.html web/*.ts web/*.json -
 
 web/tools/node_modules/installed: web/tools/package-lock.json
 	@cd web/tools && npm ci --no-audit --no-fund --loglevel=error >/dev/null
+	@touch $@
+
+# What `python -m benchmarks.web` asks of the passenger page; a folder of its own, for it is larger than the linters.
+lighthouse: web/tools/lighthouse/node_modules/installed
+
+web/tools/lighthouse/node_modules/installed: web/tools/lighthouse/package-lock.json
+	@cd web/tools/lighthouse && npm ci --no-audit --no-fund --loglevel=error >/dev/null
 	@touch $@
 
 # Every numba kernel, for tests time what they drive. It looks for itself what is compiled already.
@@ -257,4 +265,4 @@ oracle: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/oracle.txt
 
 clean:
-	rm -rf .venv web/node_modules web/tools/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache
+	rm -rf .venv web/node_modules web/tools/node_modules web/tools/lighthouse/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache

@@ -9,12 +9,6 @@ DEFAULT_MAP = _ROOT / "maps" / "shanghai-university" / "map.json"
 SHIPPED_MAPS = (DEFAULT_MAP, _ROOT / "maps" / "snow-lion" / "map.json")
 
 
-def point_map_of(campus_map: Path) -> Path | None:
-    """The point map that ships beside a campus map; None without one."""
-    folder = campus_map.parent / "point-map"
-    return folder if folder.is_dir() else None
-
-
 def occupancy_map_of(campus_map: Path) -> Path | None:
     """The occupancy map that ships beside a campus map; None without one."""
     folder = campus_map.parent / "occupancy-map"

@@ -87,7 +87,11 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         frozenset({"dispatcher", "safety"}),
         "",
     ),
-    ("evacuate_vehicle place_vehicle publish_map_draft activate_map", frozenset({"safety"}), ""),
+    (
+        "evacuate_vehicle place_vehicle set_vehicle_position publish_map_draft activate_map",
+        frozenset({"safety"}),
+        "",
+    ),
     (
         """erase_ride erase_series list_operators create_operator change_operator reset_operator_password
         reset_operator_second_factor list_audit_entries verify_audit_log follow_audit_entry retire_vehicle

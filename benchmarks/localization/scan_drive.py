@@ -103,8 +103,9 @@ DAY = ScanConditions("scan map, changed world, further day", _MOSTLY_SILENT, _CH
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanDrive:
-    """drive: as for the other rows; scan_cpu_s (k,): of the worker; agreement (k,), lost (n,) at each tick.
+    """drive: as for the other rows; scan_cpu_s (k,): of the worker; agreement (k,)
 
+    lost, doubt (n,) at each tick; doubt also while GNSS confirms the pose
     kidnaps: of each, whether the vehicle was slow within 2 s, and right again within 20 s
     """
 
@@ -112,6 +113,7 @@ class ScanDrive:
     scan_cpu_s: Array
     agreement: Array
     lost: Array
+    doubt: Array
     kidnaps: tuple[bool, ...]
 
 
@@ -185,12 +187,13 @@ def scan_drive(
                 ego.valid and ego.position_std_m <= 0.3,
                 False,
                 room.is_lost(state),
+                state.doubt,
             )
         )
     table = np.array(rows, dtype=np.float64)
     drive = Drive(*(table[:, i] for i in range(6)))
     return ScanDrive(
-        drive, np.array(cpu_s), np.array(agreement), table[:, 6],
+        drive, np.array(cpu_s), np.array(agreement), table[:, 6], table[:, 7],
         tuple(_is_found(drive, tick) for tick in kidnapped if tick + 1_000 < len(table)),
     )  # fmt: skip
 

@@ -108,6 +108,7 @@ def _row(conditions: ScanConditions, seed: int, way: Trace, one: ScanDrive) -> R
         "nees_in_bounds_pct": round(100.0 * float(np.mean(nees <= _NEES_MAX)), 1),
         "full_speed_pct": round(100.0 * float(np.mean(drive.drivable[settled])), 1),
         "false_alarms": _false_alarms(one),
+        "doubt_max": round(float(one.doubt[settled].max()), 2),
         "ticks": len(drive.error_m),
     }
 

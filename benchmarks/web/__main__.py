@@ -1,6 +1,6 @@
 """What people wait for in the pages, in real Chromium against a real server.
 
-    python -m benchmarks.web [--vehicles 1000] [--seconds 10] [--replay-vehicles 50] [--heap-vehicles 20] [--seed 1] [--skip-axe] [--screenshots DIR] [--json FILE]
+    python -m benchmarks.web [--vehicles 1000] [--seconds 10] [--replay-vehicles 50] [--heap-vehicles 20] [--seed 1] [--skip-axe] [--skip-lighthouse] [--screenshots DIR] [--json FILE]
 
 The pages must be built (`make web`). The server is a process of its own with the shipped campus and a
 scripted shuttle. The summary:
@@ -18,6 +18,8 @@ scripted shuttle. The summary:
     heap_growth_8h_mb  of the console's JavaScript heap over 8 h of messages of --heap-vehicles, played fast
     bookings_p95_ms  answers at 50 bookings a second on the real server (`benchmarks.bookings`)
     import_s        from a file of OpenStreetMap, uploaded by a script, to the network that the server runs
+    lighthouse_performance, lighthouse_accessibility, lighthouse_best_practices, lighthouse_seo  of 100, of the
+                    passenger page on a slow phone: medians of three loads (`make lighthouse` installs it)
     axe_violations  rules of axe-core (WCAG 2.2 A and AA, best practice) times states that break them
     axe_states      states of both pages x {en, zh} x {light, dark} x {plain, text at 200 %, reduced motion}
 """
@@ -36,6 +38,7 @@ from benchmarks.web.console_frames import measure_console
 from benchmarks.web.console_latency import event_to_pixel
 from benchmarks.web.console_memory import heap_growth_mb
 from benchmarks.web.fleet_replay import measure_replay
+from benchmarks.web.lighthouse import CATEGORIES, lighthouse_scores, require_lighthouse
 from benchmarks.web.map_import import import_s
 from benchmarks.web.passenger import first_booking, first_load_kb, idle_cpu_pct
 from benchmarks.web.served_load import booking_p95_ms
@@ -52,14 +55,17 @@ def main() -> None:
     parser.add_argument("--heap-vehicles", type=int, default=20, help="in the eight hours of the console")
     parser.add_argument("--seed", type=int, default=1, help="of the moments that are looked at")
     parser.add_argument("--skip-axe", action="store_true", help="leave out accessibility (minutes)")
+    parser.add_argument("--skip-lighthouse", action="store_true", help="leave out Lighthouse")
     parser.add_argument("--screenshots", type=Path, default=None, help="keep a picture of every state here")
     parser.add_argument("--json", type=Path, default=None)
     arguments = parser.parse_args()
     if arguments.screenshots is not None:
         arguments.screenshots.mkdir(parents=True, exist_ok=True)
+    if not arguments.skip_lighthouse:
+        require_lighthouse()
     report = RunReport()
     rows, summary = _measure(arguments)
-    given = {"vehicles": arguments.vehicles, "seconds": arguments.seconds, "replay_vehicles": arguments.replay_vehicles, "heap_vehicles": arguments.heap_vehicles, "seed": arguments.seed, "skip_axe": arguments.skip_axe}
+    given = {"vehicles": arguments.vehicles, "seconds": arguments.seconds, "replay_vehicles": arguments.replay_vehicles, "heap_vehicles": arguments.heap_vehicles, "seed": arguments.seed, "skip_axe": arguments.skip_axe, "skip_lighthouse": arguments.skip_lighthouse}
     report.write(arguments.json, "web", given, rows, summary)
 
 
@@ -72,6 +78,7 @@ def _measure(arguments: argparse.Namespace) -> tuple[list[Row], Row]:
             idle_pct = idle_cpu_pct(browser, server, shuttle, arguments.seconds)
         with _browser() as browser:
             lcp_ms = largest_paint_ms(browser, server)
+        scores = dict.fromkeys(CATEGORIES.values()) if arguments.skip_lighthouse else lighthouse_scores(server)
         with _browser() as browser:
             latency = event_to_pixel(browser, server, shuttle)
         with _browser() as browser:
@@ -111,6 +118,7 @@ def _measure(arguments: argparse.Namespace) -> tuple[list[Row], Row]:
         "heap_growth_8h_mb": growth_mb,
         "bookings_p95_ms": p95_ms,
         "import_s": imported_s,
+        **scores,
         "axe_violations": None if arguments.skip_axe else len(audit.violations),
         "axe_states": audit.states,
     }

@@ -65,7 +65,7 @@ def demo(
         typer.Option(help="gnss; or scans: the shuttles compare their lidar's scans with a point map."),
     ] = Localization.GNSS,
     point_map: Annotated[
-        Path | None, typer.Option(help="For scans: folder of a point map; the shipped one without it.")
+        Path | None, typer.Option(help="For scans: folder of a point map; var/point-maps/CAMPUS without it.")
     ] = None,
     campus_sky: Annotated[
         bool,
@@ -84,7 +84,7 @@ def demo(
     try:
         profile = chosen_profile(localization, profile)
         chosen = Profile() if profile is None else load_profile(profile)
-        points = chosen_point_map(localization, profile, point_map, campus_map, has_scene=scene)
+        points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         prepare_kernels(for_campus(chosen.stack, by_scans=points is not None), console)
         surroundings = scene_of_run(seed) if scene else None
         if campus_sky and (not headless or begin):

@@ -3,11 +3,15 @@
 from enum import StrEnum
 from pathlib import Path
 
-from campusloop.shipped import PROFILES, occupancy_map_of, point_map_of
+from campusloop.shipped import PROFILES, occupancy_map_of
 from contract.localization_maps import LocalizationMapError
+from contract.point_map.map_files import INDEX
 from contract.roads.load import load_map
 from vehicle_agent.config import ProfileError, load_profile
 from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
+
+# Where `campusloop workshop survey` puts a campus's point map; they are made, not shipped (decision 27).
+POINT_MAPS = Path("var/point-maps")
 
 
 class Localization(StrEnum):
@@ -36,11 +40,11 @@ def chosen_profile(localization: Localization, profile: Path | None) -> Path | N
 
 def chosen_point_map(
     localization: Localization,
-    profile: Path | None,
     point_map: Path | None,
     campus_map: Path,
     *,
     has_scene: bool,
+    profile: Path | None = None,
 ) -> Path | None:
     """The folder of the checked map of the kind that the profile's stack needs; None for GNSS.
 
@@ -53,15 +57,17 @@ def chosen_point_map(
         raise LocalizationMapError(
             "--localization scans needs --scene: without it lidars see plain walls alone"
         )
-    assert profile is not None, "localization by scans has a profile"
-    chosen = load_profile(profile)
-    shipped = occupancy_map_of(campus_map) if chosen.stack == "nus" else point_map_of(campus_map)
-    folder = point_map or shipped
-    if folder is None:
+    chosen, road_map = load_profile(profile or PROFILES / "snow-lion.toml"), load_map(campus_map)
+    if chosen.stack == "nus":
+        folder, command = point_map or occupancy_map_of(campus_map), "survey-laser"
+    else:
+        folder, command = point_map or POINT_MAPS / road_map.campus_id, "survey"
+    if point_map is None and (folder is None or not (folder / INDEX).exists()):
+        where = "" if folder is None else f" in {folder}"
         raise LocalizationMapError(
-            f"no point map ships with {campus_map}: make one with `campusloop workshop "
-            f"{'survey-laser' if chosen.stack == 'nus' else 'survey'}`, "
-            "and give it with --point-map"
+            f"there is no map for the {chosen.stack} stack{where} yet: make one, which takes minutes, with "
+            f"`campusloop workshop {command} --map {campus_map}`, or give one with --point-map"
         )
-    checked_localization_map(chosen, folder, load_map(campus_map).origin)
+    assert folder is not None, "without a folder it was refused"
+    checked_localization_map(chosen, folder, road_map.origin)
     return folder.resolve()

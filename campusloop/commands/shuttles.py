@@ -65,7 +65,7 @@ def shuttles(
         typer.Option(help="gnss; or scans: the shuttles compare their lidar's scans with a point map."),
     ] = Localization.GNSS,
     point_map: Annotated[
-        Path | None, typer.Option(help="For scans: folder of a point map; the shipped one without it.")
+        Path | None, typer.Option(help="For scans: folder of a point map; var/point-maps/CAMPUS without it.")
     ] = None,
     base_port: Annotated[int, typer.Option(help="First of the loopback ports used.")] = BASE_PORT,
     wait_s: Annotated[float, typer.Option(min=0.0, help="How long the server may take to be ready.")] = 120.0,
@@ -76,7 +76,7 @@ def shuttles(
         if not password:
             _refuse(f"set {PASSWORD}, or {PASSWORD}_FILE to a file with it: the password of {operator}")
         profile = chosen_profile(localization, profile)
-        points = chosen_point_map(localization, profile, point_map, campus_map, has_scene=scene)
+        points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         stack = (Profile() if profile is None else load_profile(profile)).stack
         prepare_kernels((*SIMULATOR, *for_vehicle(stack, by_scans=points is not None)), console)
         options = ShuttleOptions(

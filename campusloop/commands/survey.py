@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
+from campusloop.commands.localizing import POINT_MAPS
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import CLOUD_MAPPING, SIMULATOR
 from campusloop.shipped import DEFAULT_MAP
@@ -24,7 +25,10 @@ SURVEY_DAY = 9_001
 
 
 def survey(
-    out: Annotated[Path, typer.Option(help="Folder for the map, the drive, the report and a picture.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the map, the report and a picture; var/point-maps/CAMPUS without it."),
+    ] = None,
     stops: Annotated[
         str, typer.Option(help="Stop ids in the drive's order, with commas; all without it.")
     ] = "",
@@ -37,11 +41,12 @@ def survey(
     from workshop.cloud_mapping.map_folder import MapFolderError, write_map_folder
     from workshop.cloud_mapping.mapping import CloudMappingParams, map_scans
 
-    if out.exists() and any(out.iterdir() if out.is_dir() else (out,)):
-        _refuse(f"{out} is not empty; give another --out")
-    ensure_kernels((*SIMULATOR, *CLOUD_MAPPING))
     try:
         road_map = load_map(campus_map)
+        out = out or POINT_MAPS / road_map.campus_id
+        if out.exists() and any(out.iterdir() if out.is_dir() else (out,)):
+            _refuse(f"{out} is not empty; remove it, or give another --out")
+        ensure_kernels((*SIMULATOR, *CLOUD_MAPPING))
         ids = [stop_id.strip() for stop_id in stops.split(",") if stop_id.strip()]
         drive = SurveyDrive(road_map, ids or [stop.stop_id for stop in road_map.stops], scene_seed, seed)
     except (MapError, NoWay, SceneError) as error:

@@ -128,6 +128,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.VehicleNotPlaced: 409,
     errors.NobodyAboard: 409,
     errors.VehicleOutOfService: 409,
+    errors.VehicleMoves: 409,
     errors.VehicleNotConnected: 409,
     errors.PlanChanged: 409,
     errors.VisitUnknown: 404,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.localization.__main__ import false_alarms, jumps_found
-from benchmarks.localization.campus_way import campus_way, truths
+from benchmarks.localization.campus_way import beside, campus_way, truths
 from benchmarks.localization.drive import CONDITIONS, Drive, drive
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import load_map
@@ -51,3 +51,13 @@ def test_a_short_drive_between_buildings_stays_near_the_truth() -> None:
     one = drive(truths(way, 0.0), room, road_map, CONDITIONS[1], 1)
     settled = one.error_m[len(one.error_m) // 2 :]
     assert float(np.sqrt(np.mean(settled**2))) < 0.1
+
+
+def test_the_opposite_lane_is_the_way_back_and_keeps_its_distance() -> None:
+    way = campus_way(load_map(DEFAULT_MAP), 0.3, 3.0, np.random.default_rng(2))
+    back = beside(way, 250.0, 3.2, back=True)
+    apart_m = np.array([np.hypot(*(way.points - point).T).min() for point in back.points])
+    assert np.median(apart_m) > 3.0
+    assert apart_m.max() < 5.0
+    assert np.hypot(*(back.points[-1] - way.points[0])) < 4.0
+    assert back.speed_mps.max() <= 3.0

@@ -106,6 +106,7 @@ class ScriptedShuttle:
         self._spoken = ""
         self._stood_s = 0.0
         self._shown_until_s = 0.0
+        self.named: Pose2 | None = None
         self._events: list[VehicleEvent] = []
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
@@ -192,6 +193,12 @@ class ScriptedShuttle:
             self._spoken = command.text
         elif command.kind == "show_scene":
             self._shown_until_s = time.monotonic() + SHOWN_S
+        elif command.kind == "set_position":
+            self.named = command.pose_map
+            self._events.append(
+                CommandDone(command.command_id, True, "scans agree, 1.2 m from the named place")
+            )
+            return
         elif command.kind not in LATER_KINDS:
             self._mode = "autonomous" if command.kind == "resume" else "held"
             self._events.append(ModeChanged(self._mode, detail=command.kind))

@@ -40,8 +40,8 @@ class ScanAssembler:
     def add_burst(self, stamp_ns: int, burst: list[bytes]) -> list[PointCloud]:
         """The scans that these packets complete. stamp_ns: when the last of them came.
 
-        Packets that are read together are decoded together, in less than half of the time. The sensor's clock says
-        how long before the last one the others came.
+        Packets that are read together are decoded together, in less than half of the time. The
+        sensor's clock says how long before the last one the others came.
         """
         decoded = self._decoded_together(burst)
         if not decoded:

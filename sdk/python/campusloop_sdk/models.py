@@ -12,7 +12,15 @@ RideState = Literal[
     "requested", "assigned", "boarding", "aboard", "completed", "refused", "cancelled", "no_show", "failed"
 ]
 CommandKind = Literal[
-    "hold", "resume", "announce", "stop_now", "mark", "start_recording", "stop_recording", "show_scene"
+    "hold",
+    "resume",
+    "announce",
+    "stop_now",
+    "mark",
+    "start_recording",
+    "stop_recording",
+    "show_scene",
+    "set_position",
 ]
 CommandState = Literal["pending", "done", "failed"]
 

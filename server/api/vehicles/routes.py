@@ -1,9 +1,11 @@
 """Vehicles: operators see and command them; a vehicle enrols itself."""
 
+import math
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request
 
+from contract.geometry import Pose2
 from server.api.commands import (
     AdminCommand,
     DispatchCommand,
@@ -34,6 +36,7 @@ from server.api.vehicles.schemas import (
     CodeView,
     CommandView,
     Enrolment,
+    NamedPosition,
     NewVehicle,
     Place,
     VehicleDetail,
@@ -52,6 +55,8 @@ from server.domain.errors import (
     SectionsTaken,
     StopUnknown,
     StopUnreachable,
+    VehicleMoves,
+    VehicleNotConnected,
     VehicleNotPlaced,
     VehicleOutOfService,
     VehicleUnknown,
@@ -215,6 +220,28 @@ async def place_vehicle(vehicle_id: VehicleId, request: Place, command: PlaceCom
         return vehicle_record(vehicles.place(uow, vehicle_id, request.lane_id, request.s_m, command.by))
 
     return await command.transact(VehicleRecord, work)
+
+
+@router.post(
+    "/{vehicle_id}/position",
+    operation_id="set_vehicle_position",
+    status_code=202,
+    responses=problems(
+        VehicleUnknown, VehicleNotConnected, VehicleMoves, *OPERATOR_REFUSALS, *SECOND_FACTOR_REFUSALS
+    ),
+)
+async def set_vehicle_position(
+    vehicle_id: VehicleId, request: NamedPosition, command: PlaceCommand
+) -> CommandView:
+    """Tell a standing vehicle where it is. It compares its scans with the map there and answers within 20 s.
+
+    `last_command` of the vehicle says what came of it. Near is enough: within 10 m, and 20 degrees.
+    """
+    pose = Pose2(request.x_m, request.y_m, math.remainder(request.yaw_rad, math.tau))
+    return await command.transact(
+        CommandView,
+        lambda uow: command_view(vehicle_commands.set_position(uow, vehicle_id, pose, command.by)),
+    )
 
 
 @router.delete(

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.config import JsonDict
 
 from contract.wire.messages import CommandKind
-from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason
+from contract.wire.reasons import FaultCode, FaultSeverity, HoldReason, LocalizationPhase
 from server.api.formats import FreeText, Name
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.rules import FleetRules
@@ -95,6 +95,7 @@ class StatusView(BaseModel):
     faults: tuple[FaultView, ...]
     hold_reason: HoldReason | None
     hold_detail: str
+    localization: "LocalizationView | None"
 
 
 class VisitView(BaseModel):
@@ -180,7 +181,7 @@ class CommandView(BaseModel):
     kind: CommandKind
     text: str
     state: Literal["pending", "done", "failed"]
-    detail: str = Field(description="The vehicle's reason when it refused; empty otherwise.")
+    detail: str = Field(description="The vehicle's reason when it refused, or what came of it.")
 
 
 class Announcement(BaseModel):
@@ -198,6 +199,28 @@ class Place(BaseModel):
 
     lane_id: str = Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f]+$")
     s_m: float = Field(ge=0, le=100_000, allow_inf_nan=False)
+
+
+class NamedPosition(BaseModel):
+    """Where a vehicle stands: metres east (x) and north (y) of the origin; yaw as in every pose."""
+
+    model_config = ConfigDict(
+        extra="forbid", json_schema_extra={"example": {"x_m": 106.2, "y_m": 447.2, "yaw_rad": -0.98}}
+    )
+
+    x_m: float = Field(ge=-100_000, le=100_000, allow_inf_nan=False)
+    y_m: float = Field(ge=-100_000, le=100_000, allow_inf_nan=False)
+    yaw_rad: float = Field(ge=-7, le=7, allow_inf_nan=False)
+
+
+class LocalizationView(BaseModel):
+    """How well the vehicle knows where it is; the deviation is along its worst direction."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    phase: LocalizationPhase
+    position_std_m: float | None
+    agreement: float | None = Field(description="Share of the last scan that lies on the map.")
 
 
 class NewVehicle(BaseModel):

@@ -33,6 +33,12 @@ class VehicleNotConnected(DomainError):
     code = "vehicle_not_connected"
 
 
+class VehicleMoves(DomainError):
+    """The vehicle moves, so a place that is named for it is not its own when it hears of it."""
+
+    code = "vehicle_moves"
+
+
 class ShiftsInvalid(DomainError):
     """A vehicle's shifts contradict each other or the clock."""
 

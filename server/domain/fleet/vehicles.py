@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Literal
 
+from contract.geometry import Pose2
 from contract.wire.bounds import SEATS_MAX
 from contract.wire.messages import CommandKind, DriveMode, Status
 from server.domain.fleet.shifts import Shifts
@@ -105,7 +106,8 @@ class StatusReport:
 class VehicleCommand:
     """A command of an operator or developer to one vehicle, repeated until the vehicle answers it.
 
-    detail  the vehicle's reason when it refused
+    detail  the vehicle's reason when it refused, or what came of it
+    pose    of `set_position`: where an operator says that the vehicle stands, map frame
     announcement_id  of the announcement to riders that it says, "" for none
     """
 
@@ -119,6 +121,7 @@ class VehicleCommand:
     state: CommandState = "pending"
     detail: str = ""
     announcement_id: str = ""
+    pose: Pose2 | None = None
 
 
 @dataclass(frozen=True, slots=True)

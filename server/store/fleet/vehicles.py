@@ -11,6 +11,7 @@ import structlog
 from sqlalchemy import Connection, Select, bindparam, func, select
 from sqlalchemy.sql import ColumnElement
 
+from contract.geometry import Pose2
 from contract.wire.messages import CommandKind, Status
 from server.domain.fleet.shifts import Shifts
 from server.domain.fleet.vehicles import (
@@ -217,10 +218,12 @@ def _command_from_row(row: AnyRow) -> VehicleCommand:
         state=row.state,
         detail=row.detail,
         announcement_id=row.announcement_id,
+        pose=None if row.pose_x_m is None else Pose2(row.pose_x_m, row.pose_y_m, row.pose_yaw_rad),
     )
 
 
 def _command_to_row(command: VehicleCommand) -> dict[str, object]:
+    pose = command.pose
     return {
         "command_id": command.command_id,
         "vehicle_id": command.vehicle_id,
@@ -231,4 +234,7 @@ def _command_to_row(command: VehicleCommand) -> dict[str, object]:
         "state": command.state,
         "detail": command.detail,
         "announcement_id": command.announcement_id,
+        "pose_x_m": None if pose is None else pose.x_m,
+        "pose_y_m": None if pose is None else pose.y_m,
+        "pose_yaw_rad": None if pose is None else pose.yaw_rad,
     }

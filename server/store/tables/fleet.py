@@ -68,6 +68,10 @@ vehicle_commands = Table(
     string("state"),
     text("detail"),
     string("announcement_id"),
+    # Where a vehicle stands, of a command that says so.
+    Column("pose_x_m", Float, nullable=True),
+    Column("pose_y_m", Float, nullable=True),
+    Column("pose_yaw_rad", Float, nullable=True),
     Index(None, "campus_id", "vehicle_id", "state"),
 )
 # In the order in which they were stored, so that the events of a busy moment lie side by side: with their

@@ -5,7 +5,8 @@ A hold, a recall and a reassignment also change the plans of the fleet; `interve
 
 from dataclasses import dataclass
 
-from server.domain.errors import NoRestingPlaceFree, PlanChanged, VehicleNotConnected
+from contract.geometry import Pose2
+from server.domain.errors import NoRestingPlaceFree, PlanChanged, VehicleMoves, VehicleNotConnected
 from server.domain.fleet.vehicles import Vehicle, VehicleCommand
 from server.domain.planning.plans import PlannedVisit
 from server.domain.rides.effects import Effects, Intervention
@@ -15,6 +16,9 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 from server.usecases.ports.views import VehicleView
 from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
+
+# A slower vehicle stands; the vehicle itself judges by its own speed.
+STANDING_MPS = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +71,20 @@ def show_scene(uow: UnitOfWork, vehicle_id: str, by: str) -> VehicleCommand:
     if not enrolled_vehicle(uow, vehicle_id).connected:
         raise VehicleNotConnected(f"{vehicle_id} is out of reach; nothing that it sees can come now")
     return send_command(uow, vehicle_id, "show_scene", by)
+
+
+def set_position(uow: UnitOfWork, vehicle_id: str, pose: Pose2, by: str) -> VehicleCommand:
+    """Tell a standing vehicle where it is; it compares its scans with the map there, and answers.
+
+    pose: map frame. Raises VehicleUnknown, VehicleNotConnected, VehicleMoves.
+    """
+    if not enrolled_vehicle(uow, vehicle_id).connected:
+        raise VehicleNotConnected(f"{vehicle_id} is out of reach: it cannot try a place now")
+    whereabouts = uow.vehicles.whereabouts(vehicle_id)
+    status = None if whereabouts is None else whereabouts.status
+    if status is not None and abs(status.speed_mps) >= STANDING_MPS:
+        raise VehicleMoves(f"{vehicle_id} drives at {status.speed_mps:.1f} m/s: hold it first")
+    return send_command(uow, vehicle_id, "set_position", by, pose=pose)
 
 
 def send(uow: UnitOfWork, vehicle_id: str, stop_id: str, by: str) -> SentVehicle:

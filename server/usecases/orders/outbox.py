@@ -57,7 +57,9 @@ def outbox_of(uow: UnitOfWork, vehicle_id: str, understands: Sequence[str] = LAT
 
 def _command(uow: UnitOfWork, epoch: int, command: VehicleCommand) -> Command:
     """With the other language and the end of the announcement that it says."""
-    sent = Command(epoch, command.command_id, command.kind, command.text, ns_of(command.made_at))
+    sent = Command(
+        epoch, command.command_id, command.kind, command.text, ns_of(command.made_at), pose_map=command.pose
+    )
     announcement = uow.announcements.get(command.announcement_id) if command.announcement_id else None
     if announcement is None:
         return sent

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from contract.geometry import Pose2
 from contract.wire.messages import CommandKind
 from server.domain.fleet.vehicles import VehicleCommand
 from server.usecases.ports import topics
@@ -11,7 +12,13 @@ from server.usecases.record.server_events import record_event
 
 
 def send_command(
-    uow: UnitOfWork, vehicle_id: str, kind: CommandKind, by: str, text: str = "", announcement_id: str = ""
+    uow: UnitOfWork,
+    vehicle_id: str,
+    kind: CommandKind,
+    by: str,
+    text: str = "",
+    announcement_id: str = "",
+    pose: Pose2 | None = None,
 ) -> VehicleCommand:
     """Store a command, which is sent to the vehicle until it answers. Raises VehicleUnknown."""
     vehicle = enrolled_vehicle(uow, vehicle_id)
@@ -26,8 +33,13 @@ def send_command(
         by=by,
         made_at=uow.now,
         announcement_id=announcement_id,
+        pose=pose,
     )
     uow.vehicles.add_command(command)
-    record_event(uow, f"vehicle.{kind}", vehicle_id, by, text)
+    record_event(uow, f"vehicle.{kind}", vehicle_id, by, text or _pose_text(pose))
     uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle_id))
     return command
+
+
+def _pose_text(pose: Pose2 | None) -> str:
+    return "" if pose is None else f"{pose.x_m:.1f} {pose.y_m:.1f} {pose.yaw_rad:.2f}"

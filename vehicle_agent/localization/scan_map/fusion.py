@@ -75,6 +75,7 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     map_std_m, map_std_rad  of the map at a place; map_m: way after which its error is another one
     gate                  squared Mahalanobis distance beyond which a scan is not believed (chi2, 3)
     scan_m                way on which the errors of scans are the same: what misleads one misleads the next
+    agreement_good        of an unchanged world; the map's deviations grow as scans agree less
     agreement_ratio, agreement_min, agreement_max  a scan has to agree by this share of what is expected,
                           within these bounds. One that agrees less is not believed
     clear_min, clear_max  share of the beams that end on walls, and not behind them. From the first to the
@@ -96,6 +97,7 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     map_m: float = 10.0
     gate: float = 30.0
     scan_m: float = 0.5
+    agreement_good: float = 0.9
     agreement_ratio: float = 0.6
     agreement_min: float = 0.2
     agreement_max: float = 0.5
@@ -229,7 +231,9 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         since_m = max(0.02, state.odometer_m - state.scan_odometer_m)
         same = max(1.0, 2.0 * self.map_m / since_m) if state.scan_ns else 1.0
         alike = max(1.0, 2.0 * self.scan_m / since_m) if state.scan_ns else 1.0
-        found: Array = alike * scan.covariance + same * np.diag(
+        # Where much has changed, what is taken for the map's is off by more, and so for tens of metres.
+        worse = max(1.0, self.agreement_good / max(self.agreement_min, scan.agreement))
+        found: Array = alike * scan.covariance + same * worse**2 * np.diag(
             [self.map_std_m**2, self.map_std_m**2, self.map_std_rad**2]
         )
         return found

@@ -151,7 +151,7 @@ class ScanLocalizer:
             surfels = self._cache.get(key)
             kept[key] = (self._tiles(*key) or no_surfels()) if surfels is None else surfels
         parts = [surfels for surfels in kept.values() if len(surfels)]
-        whole = _joined(parts)
+        whole = joined(parts)
         self._cache, self._at, self._index = kept, at, index_surfels(whole, self._voxel_m)
 
     def _usable(self, cloud: PointCloud, prior: ScanPrior) -> tuple[Array, Array]:
@@ -247,7 +247,7 @@ class ScanLocalizer:
         )
 
 
-def _joined(parts: list[Surfels]) -> Surfels:
+def joined(parts: list[Surfels]) -> Surfels:
     if not parts:
         return no_surfels()
     names = parts[0].__struct_fields__

@@ -34,6 +34,7 @@ OPERATORS_ONLY = {
     ("DELETE", "/vehicles/{vehicle_id}"),
     ("DELETE", "/vehicles/{vehicle_id}/key"),
     ("PUT", "/vehicles/{vehicle_id}/place"),
+    ("POST", "/vehicles/{vehicle_id}/position"),
     ("POST", "/vehicles/{vehicle_id}/evacuations"),
     ("POST", "/rides/id/{ride_id}/erase"),
     ("POST", "/series/id/{series_id}/erase"),

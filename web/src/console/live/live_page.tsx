@@ -13,6 +13,7 @@ import { age_s, is_stale, link } from "../session";
 import { closures } from "../store/closures";
 import { incidents } from "../store/incidents";
 import { texts } from "../texts/texts";
+import { afterClick, position_choice } from "../vehicles/position_choice";
 import { VehiclePanel } from "../vehicles/vehicle_panel";
 
 const INCIDENTS_SHOWN = 4;
@@ -34,6 +35,11 @@ export function LivePage({ campus }: { readonly campus: Campus }) {
         at_ms={monotonic_ms.value > 0 ? (link.value?.now_ms() ?? undefined) : undefined}
         closures={closures.value.value ?? []}
         onboard={live_onboard.value?.present ?? null}
+        choice={position_choice.value}
+        onGround={(at) => {
+          if (position_choice.value !== null)
+            position_choice.value = afterClick(position_choice.value, at);
+        }}
         onSelect={(vehicle_id) => goTo("live", vehicle_id)}
       />
       <aside class="side">

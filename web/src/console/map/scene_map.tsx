@@ -12,6 +12,7 @@ import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { closedLines } from "../closures/closed_lines";
 import { texts } from "../texts/texts";
+import { drawChoice, type PositionChoice } from "../vehicles/position_choice";
 
 type Closure = Schemas["ClosureView"];
 
@@ -27,6 +28,9 @@ interface SceneMapProps {
   readonly geometry?: CampusGeometry;
   /** What one shuttle sees in detail. */
   readonly onboard?: OnboardScene | null;
+  /** A place that is being chosen: clicks then go to `onGround` and select no shuttle. */
+  readonly choice?: PositionChoice | null;
+  readonly onGround?: (at: Point) => void;
   readonly onSelect: (vehicle_id: string) => void;
 }
 
@@ -40,6 +44,8 @@ export function SceneMap({
   at_ms,
   geometry = campus.geometry,
   onboard = null,
+  choice = null,
+  onGround,
   onSelect,
 }: SceneMapProps) {
   const content: MapContent = {
@@ -49,10 +55,11 @@ export function SceneMap({
     selected_vehicle,
     closed_roads: closedLines(closures),
     language: language.value,
+    selects_ground: choice !== null,
     interpolate: interpolate && !prefersReducedMotion.value,
     ...(scene === null
       ? {}
-      : { layer: sceneLayer(scene, at_ms ?? scene.at_ms, selected_vehicle, onboard) }),
+      : { layer: sceneLayer(scene, at_ms ?? scene.at_ms, selected_vehicle, onboard, choice) }),
   };
   const focus = useMemo<readonly Point[]>(
     () => geometry.lanes.flatMap((lane) => [lane.points[0]!, lane.points.at(-1)!]),
@@ -75,6 +82,7 @@ export function SceneMap({
       }}
       onSelect={(selection) => {
         if (selection.kind === "vehicle") onSelect(selection.id);
+        if (selection.kind === "ground") onGround?.(selection.at);
       }}
     />
   );
@@ -86,12 +94,14 @@ function sceneLayer(
   at_ms: number,
   selected_vehicle: string,
   onboard: OnboardScene | null,
+  choice: PositionChoice | null,
 ): MapLayer {
   const driving = drivingLayer(scene, at_ms, selected_vehicle);
-  if (onboard === null) return driving;
-  const points = pointsLayer(onboard);
+  const points = onboard === null ? null : pointsLayer(onboard);
   return (...drawing) => {
-    points(...drawing);
+    points?.(...drawing);
     driving(...drawing);
+    const [context, camera, palette] = drawing;
+    if (choice !== null) drawChoice(context, camera, palette, choice);
   };
 }

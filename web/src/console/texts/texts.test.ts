@@ -3,6 +3,7 @@ import { hardTexts, textEntries } from "../../shared/texts/text_entries";
 import { announcementEn } from "./announcement_texts_en";
 import { forkEn } from "./fork_texts_en";
 import { onboardEn } from "./onboard_texts_en";
+import { positionEn } from "./position_texts_en";
 import { recordingEn } from "./recording_texts_en";
 import { replayEn } from "./replay_texts_en";
 import { statisticsEn } from "./statistics_texts_en";
@@ -21,7 +22,15 @@ test("every text exists in both languages", () => {
 });
 
 test("no text of a file of its own is covered by one of the same name", () => {
-  for (const part of [announcementEn, forkEn, onboardEn, recordingEn, replayEn, statisticsEn])
+  for (const part of [
+    announcementEn,
+    forkEn,
+    onboardEn,
+    positionEn,
+    recordingEn,
+    replayEn,
+    statisticsEn,
+  ])
     for (const [key, text] of Object.entries(part)) expect(en[key as keyof typeof en]).toBe(text);
 });
 

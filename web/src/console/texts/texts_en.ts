@@ -17,6 +17,7 @@ import { statisticsEn } from "./statistics_texts_en";
 import { announcementEn } from "./announcement_texts_en";
 import { forkEn } from "./fork_texts_en";
 import { onboardEn } from "./onboard_texts_en";
+import { positionEn } from "./position_texts_en";
 import { recordingEn } from "./recording_texts_en";
 import { replayEn } from "./replay_texts_en";
 
@@ -38,6 +39,7 @@ export const en = {
   ...announcementEn,
   ...forkEn,
   ...onboardEn,
+  ...positionEn,
   ...recordingEn,
   ...replayEn,
   ...statisticsEn,
@@ -316,6 +318,7 @@ export const en = {
     pose_poor: "position is poor",
     pose_jump: "position has jumped",
     pose_not_finite: "position is not valid",
+    localization_silent: "no word from localization by scans",
     percept_missing: "no perception",
     percept_stale: "perception is late",
     path_missing: "no path",
@@ -456,6 +459,7 @@ export const en = {
     start_recording: "Start recording",
     stop_recording: "Stop recording",
     show_scene: "Show what it sees",
+    set_position: "Its place",
   } satisfies Readonly<Record<CommandKind, string>>,
   command_states: {
     pending: "waiting for the shuttle's answer",

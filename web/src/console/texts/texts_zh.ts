@@ -2,6 +2,7 @@ import { statisticsZh } from "./statistics_texts_zh";
 import { announcementZh } from "./announcement_texts_zh";
 import { forkZh } from "./fork_texts_zh";
 import { onboardZh } from "./onboard_texts_zh";
+import { positionZh } from "./position_texts_zh";
 import { recordingZh } from "./recording_texts_zh";
 import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
@@ -10,6 +11,7 @@ export const zh: ConsoleTexts = {
   ...announcementZh,
   ...forkZh,
   ...onboardZh,
+  ...positionZh,
   ...recordingZh,
   ...replayZh,
   ...statisticsZh,
@@ -288,6 +290,7 @@ export const zh: ConsoleTexts = {
     pose_poor: "定位精度不足",
     pose_jump: "定位跳变",
     pose_not_finite: "定位数据无效",
+    localization_silent: "扫描定位没有回应",
     percept_missing: "没有感知数据",
     percept_stale: "感知数据延迟",
     path_missing: "没有路径",
@@ -411,6 +414,7 @@ export const zh: ConsoleTexts = {
     start_recording: "开始录制",
     stop_recording: "停止录制",
     show_scene: "显示车辆所见",
+    set_position: "指定位置",
   },
   command_states: { pending: "等待车辆答复", done: "已完成", failed: "已拒绝" },
   commanded: (command) => `${command}：已发送至车辆。`,

@@ -3,7 +3,7 @@ import { withNames } from "../texts/names";
 import { texts } from "../texts/texts";
 import { formatTimeWithSeconds } from "../texts/times";
 
-/** The newest command to a shuttle and how it ended: a refused one says why. */
+/** The newest command to a shuttle and how it ended: why it was refused, or what came of it. */
 export function LastCommand({ command }: { readonly command: VehicleScene["command"] }) {
   if (command === null) return null;
   const t = texts.value;
@@ -15,7 +15,7 @@ export function LastCommand({ command }: { readonly command: VehicleScene["comma
   return (
     <p class={`last-command ${command.state}`}>
       {given} <strong>{t.command_states[command.state]}</strong>
-      {command.state === "failed" && command.detail !== "" && `: ${withNames(command.detail)}`}
+      {command.detail !== "" && `: ${withNames(command.detail)}`}
     </p>
   );
 }

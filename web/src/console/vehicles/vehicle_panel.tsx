@@ -5,6 +5,7 @@ import { goTo } from "../navigation";
 import { knowledge } from "../session";
 import { texts } from "../texts/texts";
 import { ConditionChip } from "./condition_chip";
+import { PositionPanel } from "./position_panel";
 import { RecordingPanel } from "./recording_panel";
 import { ScenePanel } from "./scene_panel";
 import { ShiftForm } from "./shift_form";
@@ -37,6 +38,7 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <RecordingPanel key={vehicle.vehicle_id} vehicle={vehicle} />
       <ScenePanel key={`${vehicle.vehicle_id} scene`} vehicle={vehicle} />
+      <PositionPanel key={`${vehicle.vehicle_id} position`} vehicle={vehicle} />
       <VehicleStatus vehicle={vehicle} scene={scene} knowledge={{ ...knowledge.value, now_ms }} />
       <VisitList vehicle={vehicle} />
       <RoleGate roles={["dispatcher"]}>

@@ -34,6 +34,7 @@ export function VehicleStatus({ vehicle, scene, knowledge }: VehicleStatusProps)
     [t.mode, t.modes[modeOf(vehicle)]],
     ...(held === "" ? [] : [[t.held_because, held] as const]),
     ...(stopped === "" ? [] : [[t.stopped, stopped] as const]),
+    [t.localization, localizationText(status)],
     [t.battery, batteryText(status)],
     [t.last_heard, vehicle.heard_ms === 0 ? t.never : t.ago(age_s)],
     [t.doors, status === null ? t.unknown : status.doors_open ? t.doors_open : t.doors_closed],
@@ -75,6 +76,18 @@ export function VehicleStatus({ vehicle, scene, knowledge }: VehicleStatusProps)
 export function batteryText(status: VehicleScene["status"]): string {
   if (status === null || status.battery_ratio <= 0) return texts.value.unknown;
   return `${(status.battery_ratio * 100).toFixed(0)} %`;
+}
+
+/** How well the shuttle knows where it is; an older agent does not say. */
+export function localizationText(status: VehicleScene["status"]): string {
+  const t = texts.value;
+  const { localization = null } = status ?? {};
+  if (localization === null) return t.unknown;
+  const phase = t.localization_phases[localization.phase];
+  const { position_std_m = null } = localization;
+  return position_std_m === null
+    ? phase
+    : t.position_deviation(phase, t.metres(position_std_m.toFixed(2)));
 }
 
 /** What keeps the shuttle from going faster, as text. */

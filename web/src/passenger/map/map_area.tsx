@@ -19,7 +19,7 @@ const state = signal<State>("loading");
 
 /** Draws the map when there is time for it: the form stands first, and works without it. */
 export function MapArea({ campus }: { readonly campus: Campus }) {
-  const { map_version } = campus.view;
+  const { map_version, attribution } = campus.view;
   useEffect(() => {
     const drawn = state.peek();
     if (typeof drawn === "string" || drawn.geometry.map_version !== map_version) void load();
@@ -35,6 +35,8 @@ export function MapArea({ campus }: { readonly campus: Campus }) {
           {t.try_again}
         </button>
       )}
+      {/* In its place from the first paint on: it is the largest text, and does not come late with the map. */}
+      {attribution !== "" && <p class="map-credit">{attribution}</p>}
     </div>
   );
 }

@@ -1711,6 +1711,28 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/position": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Vehicle Position
+         * @description Tell a standing vehicle where it is. It compares its scans with the map there and answers within 20 s.
+         *
+         *     `last_command` of the vehicle says what came of it. Near is enough: within 10 m, and 20 degrees.
+         */
+        post: operations["set_vehicle_position"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/key": {
         parameters: {
             query?: never;
@@ -3429,7 +3451,7 @@ export interface components {
             state: "pending" | "done" | "failed";
             /**
              * Detail
-             * @description The vehicle's reason when it refused; empty otherwise.
+             * @description The vehicle's reason when it refused, or what came of it.
              */
             detail: string;
         };
@@ -4549,6 +4571,24 @@ export interface components {
             agreement: number | null;
         };
         /**
+         * LocalizationView
+         * @description How well the vehicle knows where it is; the deviation is along its worst direction.
+         */
+        LocalizationView: {
+            /**
+             * Phase
+             * @enum {string}
+             */
+            phase: "waiting" | "tracking" | "doubtful" | "lost" | "recovered" | "gnss_only";
+            /** Position Std M */
+            position_std_m: number | null;
+            /**
+             * Agreement
+             * @description Share of the last scan that lies on the map.
+             */
+            agreement: number | null;
+        };
+        /**
          * MapDiff
          * @example {
          *       "against": "3f0c9a71d2e84b55",
@@ -4722,6 +4762,23 @@ export interface components {
             by: string;
             /** @default  */
             text: string;
+        };
+        /**
+         * NamedPosition
+         * @description Where a vehicle stands: metres east (x) and north (y) of the origin; yaw as in every pose.
+         * @example {
+         *       "x_m": 106.2,
+         *       "y_m": 447.2,
+         *       "yaw_rad": -0.98
+         *     }
+         */
+        NamedPosition: {
+            /** X M */
+            x_m: number;
+            /** Y M */
+            y_m: number;
+            /** Yaw Rad */
+            yaw_rad: number;
         };
         /**
          * NewMark
@@ -6824,6 +6881,7 @@ export interface components {
             hold_reason: ("just_started" | "operator_hold" | "operator_stop" | "off_map" | "off_route" | "unreachable_visit" | "takeover" | "fault") | null;
             /** Hold Detail */
             hold_detail: string;
+            localization: components["schemas"]["LocalizationView"] | null;
         };
         /** StopBody */
         StopBody: {
@@ -15123,6 +15181,107 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["VehicleRecord"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_vehicle_position: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NamedPosition"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
                 };
             };
             /** @description The body is not text. */

@@ -19,6 +19,7 @@ export type SpeedLimitReason = NonNullable<DrivingView["limited_by"]>;
 export type TurnSignal = NonNullable<DrivingView["turn_signal"]>;
 export type Headlights = NonNullable<DrivingView["headlights"]>;
 export type HoldReason = NonNullable<VehicleStatus["hold_reason"]>;
+export type LocalizationPhase = NonNullable<VehicleStatus["localization"]>["phase"];
 export type VisitScene = Readonly<Schemas["VisitScene"]>;
 export type IncidentKind = Schemas["IncidentKind"];
 export type FaultCode = Schemas["FaultReport"]["code"];

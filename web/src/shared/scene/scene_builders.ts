@@ -73,6 +73,7 @@ export function aStatus(changes: object = {}): VehicleStatus {
     hold_reason: null,
     hold_detail: "",
     driving: null,
+    localization: null,
   };
   return changed(status, changes);
 }

@@ -34,6 +34,7 @@ export const en = {
   stop_unreachable: "No road leads there from your pickup stop. Choose another stop.",
   vehicle_not_connected:
     "The server cannot reach the shuttle at the moment. Try again in a few seconds.",
+  vehicle_moves: "The shuttle moves. Hold it first, then name its place.",
   plan_changed: "The plan changed at the same time. Try again.",
   no_resting_place_free: "Every resting place that the vehicle can reach is taken.",
 } as const;

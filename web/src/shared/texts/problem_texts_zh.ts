@@ -33,6 +33,7 @@ export const zh: Record<keyof typeof en, string> = {
   stop_unknown: "地图中已没有该站点，请另选一个。",
   stop_unreachable: "从上车站无法到达该站点，请另选一个。",
   vehicle_not_connected: "暂时联系不到车辆，请几秒后重试。",
+  vehicle_moves: "车辆正在行驶，请先暂停，再指定位置。",
   plan_changed: "计划刚被他人修改，请重试。",
   no_resting_place_free: "车辆可到达的停靠处均已占用。",
 };

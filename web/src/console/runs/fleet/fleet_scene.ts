@@ -36,6 +36,7 @@ const BLANK: VehicleStatus = {
   faults: [],
   hold_reason: null,
   hold_detail: "",
+  localization: null,
   driving: null,
 };
 
