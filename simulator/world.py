@@ -210,6 +210,13 @@ class SimWorld:
         pose_map, rng = self.truth(vehicle_id).pose_map, self._lidar_rngs[vehicle_id]
         return lidar.scan(pose_map, boxes, moving.cylinders(), rng)
 
+    def planar_scan(self, vehicle_id: str, now_ns: int) -> tuple[Array32, Array32] | None:
+        """A scan of the vehicle's planar scanner if one is due, as `scan` gives it; only in a scene."""
+        if self.scene_lidars is None or self._profiles[vehicle_id].planar_scanner.rate_hz <= 0.0:
+            return None
+        others, truth = self.road_users_of(vehicle_id), self.truth(vehicle_id)
+        return self.scene_lidars.planar_scan(vehicle_id, now_ns, truth, others)
+
     def _is_scan_due(self, vehicle_id: str, now_ns: int) -> bool:
         rate_hz = self._profiles[vehicle_id].lidar.rate_hz
         if rate_hz <= 0.0:

@@ -63,6 +63,32 @@ class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     elevation_rad_max: float = 0.2617993877991494
 
 
+class PlanarScanner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A laser scanner of one level layer, base frame, and its field of view about yaw_rad.
+
+    rate_hz      scans that are used each second; 0: the vehicle has none. mirror_hz: turns of its mirror
+    field_rad    of view; step_rad: between two beams
+    range_m_max  farther returns are not used
+    """
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 1.9
+    yaw_rad: float = 0.0
+    field_rad: float = 1.5 * math.pi
+    step_rad: float = math.radians(0.5)
+    rate_hz: float = 0.0
+    mirror_hz: float = 50.0
+    range_m_max: float = 50.0
+
+    def __post_init__(self) -> None:
+        """ValueError for a scanner that no vehicle has."""
+        if not 0.0 <= self.rate_hz <= self.mirror_hz <= 50.0:
+            raise ValueError("rate_hz must be 0 to mirror_hz, and mirror_hz at most 50")
+        if not 0.0 < self.step_rad < self.field_rad <= 2.0 * math.pi:
+            raise ValueError("field_rad must be above step_rad and at most a full turn")
+
+
 class Tyres(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Tyres and inertia of the vehicle.
 
@@ -217,6 +243,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tyres: Tyres = Tyres()
     limits: Limits = Limits()
     lidar: LidarMount = LidarMount()
+    planar_scanner: PlanarScanner = PlanarScanner()
     steering: SteeringColumn = SteeringColumn()
     by_wire: ByWire = ByWire()
     response: Response = Response()

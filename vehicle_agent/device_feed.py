@@ -221,3 +221,8 @@ class ScanRing:
             self._map, dtype=np.float32, count=count * _FLOATS_A_POINT, offset=start
         )
         return flat.reshape(count, _FLOATS_A_POINT)
+
+
+def planar_ring_path(lidar_ring: Path) -> Path:
+    """The ring of a vehicle's planar scanner, beside that of its lidar."""
+    return lidar_ring.with_name(f"{lidar_ring.name}-planar")

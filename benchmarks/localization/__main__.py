@@ -13,6 +13,8 @@ In most rows the world has changed since; in some the estimate is kidnapped now 
 GNSS. `snow_lion.lost_found_pct` is of these: slow within 2 s, and right again within 20 s. Its `p95_ms` is
 the worker's, of the slowest row. `snow_lion_gnss` is the same stack without scans. --trucks adds a row among
 trucks, --days further days in a changed world for each map, for the rate of false alarms.
+The NUS stack has a planar laser on an occupancy map that its own survey made, on ways of --laser-km; rows of
+GNSS/INS alone stand beside its own. `nus.p95_ms` is the worker's; `nus_gnss` is the same stack without scans.
 `nees_in_bounds_pct`: ticks whose squared error over the stated covariance is within the 95 % bound of two
 degrees of freedom.
 """
@@ -24,6 +26,7 @@ import numpy as np
 
 from benchmarks.localization.campus_way import campus_way, truths
 from benchmarks.localization.drive import CONDITIONS, Conditions, Drive, drive
+from benchmarks.localization.planar_rows import planar_rows
 from benchmarks.localization.scan_rows import scan_map_rows
 from benchmarks.reporting.report import Row, RunReport
 from campusloop.shipped import DEFAULT_MAP
@@ -64,7 +67,7 @@ def main() -> None:
                 drives.setdefault(conditions.name, []).append(one)
                 rows.append(_row(stack, conditions, seed, way.length_m / 1e3, one))
                 print(f"{stack}, {conditions.name}, seed {seed}: done", flush=True)
-        summary |= _summary("snow_lion_gnss" if stack == "snow_lion" else stack, drives)
+        summary |= _summary(_name(stack), drives)
     has_scans = "snow_lion" in arguments.stacks if arguments.scan_map is None else arguments.scan_map
     if has_scans:
         scan_rows, scan_summary = scan_map_rows(
@@ -73,6 +76,10 @@ def main() -> None:
         )  # fmt: skip
         rows += scan_rows
         summary |= scan_summary
+    if "nus" in arguments.stacks and arguments.laser_km > 0.0:
+        laser = planar_rows(road_map, arguments.laser_km, arguments.runs, arguments.seed)
+        # The stack's own localization; what GNSS/INS alone does is in the rows.
+        rows, summary = rows + laser[0], summary | laser[1]
     report.write(
         arguments.json,
         "localization",
@@ -84,16 +91,22 @@ def main() -> None:
             "scan_map": has_scans,
             "scan_km": arguments.scan_km,
             "days": arguments.days,
+            "laser_km": arguments.laser_km,
         },
         rows,
         summary,
     )
 
 
+def _name(stack: str) -> str:
+    """Of rows without scans: these stacks have others with them."""
+    return f"{stack}_gnss" if stack in ("nus", "snow_lion") else stack
+
+
 def _row(stack: str, conditions: Conditions, seed: int, km: float, one: Drive) -> Row:
     error_m = one.error_m[_settled(one)]
     return {
-        "stack": "snow_lion_gnss" if stack == "snow_lion" else stack,
+        "stack": _name(stack),
         "conditions": conditions.name,
         "seed": seed,
         "km": round(km, 2),
@@ -175,6 +188,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--scan-km", type=float, default=0.6, help="of each drive with scans")
     parser.add_argument("--trucks", action="store_true", help="a row of scans among parked trucks")
     parser.add_argument("--days", type=int, default=0, help="further days with scans for each map")
+    parser.add_argument(
+        "--laser-km", type=float, default=0.6, help="of each drive of the NUS stack's laser; 0: none"
+    )
     parser.add_argument("--json", type=Path)
     return parser.parse_args()
 

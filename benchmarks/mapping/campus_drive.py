@@ -10,6 +10,7 @@ from benchmarks.localization.campus_way import Way, campus_way, truths
 from contract.geometry import Array
 from contract.roads.model import RoadMap
 from simulator.sensors.lidars.spinning_lidar import MountedLidar, MovingBodies, SpinningLidar
+from simulator.sensors.scene.ground import Ground
 from simulator.sensors.scene.mesh import PackedMesh, joined
 from simulator.sensors.scene.shapes import car, person
 from simulator.sensors.scene.static_scene import CastScene, StaticScene
@@ -60,19 +61,46 @@ def drawn_trace(road_map: RoadMap, km: float, seed: int) -> Trace:
     return trace(campus_way(road_map, km, 3.5, np.random.default_rng([seed, 3])))
 
 
+class DrivenBody:
+    """The vehicle's body on its way: on the road, and on springs."""
+
+    def __init__(
+        self, ground: Ground, drive: Trace, rng: np.random.Generator, wheelbase_m: float = 2.6
+    ) -> None:
+        self._ground, self._drive, self._wheelbase_m = ground, drive, wheelbase_m
+        self._phase = rng.uniform(0.0, 2.0 * math.pi, 2)
+
+    def poses(self, times_ns: Array) -> Array:
+        """(n, 4, 4) T_map_base at times (n,), ns."""
+        drive, times_s = self._drive, 1e-9 * np.asarray(times_ns, dtype=np.float64)
+        ticks_s = TICK_S * np.arange(len(drive))
+        x, y, yaw, speed = (
+            np.interp(times_s, ticks_s, row) for row in (drive.x_m, drive.y_m, drive.yaw_rad, drive.speed_mps)
+        )
+        sway = np.minimum(1.0, speed)
+        roll = sway * _BODY_SWAYS[0] * np.sin(2.3 * times_s + self._phase[0])
+        pitch = sway * _BODY_SWAYS[1] * np.sin(3.1 * times_s + self._phase[1])
+        turn = np.tile(np.eye(4), (len(times_s), 1, 1))
+        cp, sp, cr, sr = np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
+        turn[:, 0, 0], turn[:, 0, 1], turn[:, 0, 2] = cp, sp * sr, sp * cr
+        turn[:, 1, 1], turn[:, 1, 2] = cr, -sr
+        turn[:, 2, 0], turn[:, 2, 1], turn[:, 2, 2] = -sp, cp * sr, cp * cr
+        poses: Array = self._ground.poses(np.column_stack((x, y, yaw)), self._wheelbase_m) @ turn
+        return poses
+
+
 class LidarDrive:
     """The scans of one drive. The body rolls and pitches a little on its springs, which no sensor tells."""
 
     def __init__(self, scene: StaticScene, drive: Trace, seed: int) -> None:
         rng = np.random.default_rng([seed, 11])
-        self._ground, self._drive = scene.ground, drive
-        self._phase = rng.uniform(0.0, 2.0 * math.pi, 2)
+        self._drive, self._poses = drive, DrivenBody(scene.ground, drive, rng).poses
         T_base_sensor: Array = np.eye(4)
         T_base_sensor[:3, 3] = MOUNT_M
         self.T_base_sensor = T_base_sensor
         mounted = MountedLidar("roof", T_base_sensor, VLP16, _RATE_HZ)
         self._lidar = SpinningLidar(mounted, scene, rng)
-        self._traffic = _Traffic(drive, scene, rng)
+        self._traffic = Traffic(drive, scene, rng)
 
     @property
     def scans(self) -> int:
@@ -93,36 +121,21 @@ class LidarDrive:
         for number in range(self.scans):
             yield self.scan(number)
 
-    def _poses(self, times_ns: Array) -> Array:
-        """(n, 4, 4) T_map_base at times (n,), ns."""
-        drive, times_s = self._drive, 1e-9 * np.asarray(times_ns, dtype=np.float64)
-        ticks_s = TICK_S * np.arange(len(drive))
-        x, y, yaw, speed = (
-            np.interp(times_s, ticks_s, row) for row in (drive.x_m, drive.y_m, drive.yaw_rad, drive.speed_mps)
-        )
-        sway = np.minimum(1.0, speed)
-        roll = sway * _BODY_SWAYS[0] * np.sin(2.3 * times_s + self._phase[0])
-        pitch = sway * _BODY_SWAYS[1] * np.sin(3.1 * times_s + self._phase[1])
-        turn = np.tile(np.eye(4), (len(times_s), 1, 1))
-        cp, sp, cr, sr = np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
-        turn[:, 0, 0], turn[:, 0, 1], turn[:, 0, 2] = cp, sp * sr, sp * cr
-        turn[:, 1, 1], turn[:, 1, 2] = cr, -sr
-        turn[:, 2, 0], turn[:, 2, 1], turn[:, 2, 2] = -sp, cp * sr, cp * cr
-        poses: Array = self._ground.poses(np.column_stack((x, y, yaw))) @ turn
-        return poses
-
 
 def stamp_ns(number: int) -> int:
     """When a scan begins."""
     return round(1e9 * TICK_S * SCAN_TICKS) * number
 
 
-class _Traffic:
+class Traffic:
     """A car ahead for some of the way, cars that come along, and people who cross."""
 
-    def __init__(self, drive: Trace, scene: StaticScene, rng: np.random.Generator) -> None:
+    def __init__(
+        self, drive: Trace, scene: StaticScene, rng: np.random.Generator, vehicle: PackedMesh | None = None
+    ) -> None:
+        """vehicle: the shape of the others; a car without it."""
         self._drive, self._ground = drive, scene.ground
-        self._car, self._person = car(), person(1.75, 0.3)
+        self._car, self._person = vehicle or car(), person(1.75, 0.3)
         end = len(drive)
         self._oncoming = np.sort(rng.integers(0, end, max(1, end // 3000)))
         self._walkers = np.sort(rng.integers(0, end, max(1, end // 1000)))

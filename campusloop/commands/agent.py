@@ -12,12 +12,11 @@ from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable, span_source
-from contract.point_map.map_files import PointMapError
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError, load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
-from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.receivers.gnss_receiver import GnssReceiver, ReceiverError
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
@@ -25,7 +24,7 @@ from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolder
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError
-from vehicle_agent.stacks.choice import LOCALIZING_STACKS
+from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
@@ -35,7 +34,7 @@ START_ERRORS = (
     AgentFolderError,
     ProfileError,
     MapError,
-    PointMapError,
+    LocalizationMapError,
     HmiDeviceError,
     ReceiverError,
     ScreenError,
@@ -81,11 +80,11 @@ def enrol(
     )
     try:
         road_map = load_map(campus_map)
-        stack = (Profile() if profile is None else load_profile(profile)).stack
+        chosen = Profile() if profile is None else load_profile(profile)
         if point_map is not None:
-            _check_point_map(point_map, road_map, stack)
+            _check_point_map(point_map, road_map, chosen)
         key = load_or_create_key(folder / "key.pem")
-    except (MapError, PointMapError, ProfileError, VehicleKeyError) as error:
+    except (MapError, LocalizationMapError, ProfileError, VehicleKeyError) as error:
         _refuse(str(error))
     body = {"code": code, "vehicle_id": vehicle_id, "public_key": public_key_text(key)}
     try:
@@ -113,7 +112,7 @@ def give_point_map(
     try:
         _check_stack(files.profile().stack)
         index = files.install_point_map(point_map)
-    except (MapError, PointMapError, ProfileError) as error:
+    except (MapError, LocalizationMapError, ProfileError) as error:
         _refuse(str(error))
     except OSError as error:
         _refuse(f"{folder} cannot be written: {error.strerror or error}; the vehicle keeps what it has")
@@ -160,10 +159,10 @@ def run(
         _refuse(str(error), journal_console(level="error"))
 
 
-def _check_point_map(point_map: Path, road_map: RoadMap, stack: str) -> None:
-    """Raises PointMapError, ProfileError."""
-    _check_stack(stack)
-    checked_index(point_map, road_map.origin)
+def _check_point_map(point_map: Path, road_map: RoadMap, profile: Profile) -> None:
+    """Raises LocalizationMapError, ProfileError."""
+    _check_stack(profile.stack)
+    checked_localization_map(profile, point_map, road_map.origin)
 
 
 def _check_stack(stack: str) -> None:

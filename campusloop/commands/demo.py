@@ -20,7 +20,7 @@ from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.shipped import DEFAULT_MAP
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
-from contract.point_map.map_files import PointMapError
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError, load_map
 from simulator.sensors.scene_lidars import SceneOptions, scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
@@ -67,6 +67,10 @@ def demo(
     point_map: Annotated[
         Path | None, typer.Option(help="For scans: folder of a point map; var/point-maps/CAMPUS without it.")
     ] = None,
+    campus_sky: Annotated[
+        bool,
+        typer.Option("--campus-sky", help="Headless: buildings hide satellites and reflect their signals."),
+    ] = False,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -80,12 +84,16 @@ def demo(
     try:
         profile = chosen_profile(localization, profile)
         chosen = Profile() if profile is None else load_profile(profile)
-        points = chosen_point_map(localization, point_map, campus_map, has_scene=scene)
+        points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         prepare_kernels(for_campus(chosen.stack, by_scans=points is not None), console)
         surroundings = scene_of_run(seed) if scene else None
+        if campus_sky and (not headless or begin):
+            raise CampusStartError("--campus-sky is for the rides of --headless")
         if headless and begin and end:
             if points is not None:
-                raise PointMapError("a timetable's shuttles localize by gnss: leave out --localization")
+                raise LocalizationMapError(
+                    "a timetable's shuttles localize by gnss: leave out --localization"
+                )
             _timetable(
                 console, campus_map, count, seed, begin, end, folder or HEADLESS, plant_seed, surroundings
             )
@@ -102,6 +110,7 @@ def demo(
                 plant_seed,
                 surroundings,
                 points,
+                campus_sky,
             )
             return
         options = LiveOptions(
@@ -123,7 +132,7 @@ def demo(
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (
         MapError,
-        PointMapError,
+        LocalizationMapError,
         ProfileError,
         CampusStartError,
         ForeignFolder,
@@ -180,6 +189,7 @@ def _headless(
     plant_seed: int | None,
     scene: SceneOptions | None,
     point_map: Path | None,
+    campus_sky: bool,
 ) -> None:
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
@@ -194,6 +204,7 @@ def _headless(
         plant_seed=plant_seed,
         scene=scene,
         point_map=point_map,
+        campus_sky=campus_sky,
     )
     result = run_headless(options, rides, console)
     for failure in result.failures:

@@ -3,12 +3,12 @@
 from enum import StrEnum
 from pathlib import Path
 
-from campusloop.shipped import PROFILES
-from contract.point_map.map_files import INDEX, PointMapError
+from campusloop.shipped import PROFILES, occupancy_map_of
+from contract.localization_maps import LocalizationMapError
+from contract.point_map.map_files import INDEX
 from contract.roads.load import load_map
 from vehicle_agent.config import ProfileError, load_profile
-from vehicle_agent.localization.scan_map.stored_map import checked_index
-from vehicle_agent.stacks.choice import LOCALIZING_STACKS
+from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
 
 # Where `campusloop workshop survey` puts a campus's point map; they are made, not shipped (decision 27).
 POINT_MAPS = Path("var/point-maps")
@@ -39,21 +39,35 @@ def chosen_profile(localization: Localization, profile: Path | None) -> Path | N
 
 
 def chosen_point_map(
-    localization: Localization, point_map: Path | None, campus_map: Path, *, has_scene: bool
+    localization: Localization,
+    point_map: Path | None,
+    campus_map: Path,
+    *,
+    has_scene: bool,
+    profile: Path | None = None,
 ) -> Path | None:
-    """The folder of the checked point map; None for GNSS. Raises PointMapError, MapError."""
+    """The folder of the checked map of the kind that the profile's stack needs; None for GNSS.
+
+    profile  as `chosen_profile` gives it. Raises LocalizationMapError, MapError."""
     if localization is Localization.GNSS:
         if point_map is not None:
-            raise PointMapError("--point-map is for --localization scans")
+            raise LocalizationMapError("--point-map is for --localization scans")
         return None
     if not has_scene:
-        raise PointMapError("--localization scans needs --scene: without it lidars see plain walls alone")
-    road_map = load_map(campus_map)
-    folder = point_map or POINT_MAPS / road_map.campus_id
-    if point_map is None and not (folder / INDEX).exists():
-        raise PointMapError(
-            f"there is no point map in {folder} yet: make one, which takes minutes, with "
-            f"`campusloop workshop survey --map {campus_map}`, or give one with --point-map"
+        raise LocalizationMapError(
+            "--localization scans needs --scene: without it lidars see plain walls alone"
         )
-    checked_index(folder, road_map.origin)
+    chosen, road_map = load_profile(profile or PROFILES / "snow-lion.toml"), load_map(campus_map)
+    if chosen.stack == "nus":
+        folder, command = point_map or occupancy_map_of(campus_map), "survey-laser"
+    else:
+        folder, command = point_map or POINT_MAPS / road_map.campus_id, "survey"
+    if point_map is None and (folder is None or not (folder / INDEX).exists()):
+        where = "" if folder is None else f" in {folder}"
+        raise LocalizationMapError(
+            f"there is no map for the {chosen.stack} stack{where} yet: make one, which takes minutes, with "
+            f"`campusloop workshop {command} --map {campus_map}`, or give one with --point-map"
+        )
+    assert folder is not None, "without a folder it was refused"
+    checked_localization_map(chosen, folder, road_map.origin)
     return folder.resolve()

@@ -19,7 +19,7 @@ from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
 from campusloop.shipped import DEFAULT_MAP
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
-from contract.point_map.map_files import PointMapError
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError
 from server.settings import SettingsError, settings_from
 from simulator.live.ports import BASE_PORT
@@ -76,7 +76,7 @@ def shuttles(
         if not password:
             _refuse(f"set {PASSWORD}, or {PASSWORD}_FILE to a file with it: the password of {operator}")
         profile = chosen_profile(localization, profile)
-        points = chosen_point_map(localization, point_map, campus_map, has_scene=scene)
+        points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         stack = (Profile() if profile is None else load_profile(profile)).stack
         prepare_kernels((*SIMULATOR, *for_vehicle(stack, by_scans=points is not None)), console)
         options = ShuttleOptions(
@@ -98,7 +98,7 @@ def shuttles(
     except (
         SettingsError,
         MapError,
-        PointMapError,
+        LocalizationMapError,
         ProfileError,
         KernelError,
         TracingUnavailable,

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.calibrate import calibrate_lidars
+from campusloop.commands.site_maps import check_empty, map_laser_site, survey_laser
 from campusloop.commands.survey import survey
 
 app = typer.Typer(no_args_is_help=True)
@@ -20,6 +21,7 @@ EXIT_NOT_WRITTEN = 3
 
 app.command("calibrate")(calibrate_lidars)
 app.command("survey")(survey)
+app.command("survey-laser")(survey_laser)
 
 
 @app.command("map")
@@ -51,6 +53,9 @@ def build_map(
     """Build a map, of cells from a laser log or of surfaces from lidar scans, and say how well it agrees."""
     if (laser is None) == (not clouds):
         _refuse("give either --laser or --clouds")
+    if laser is not None and gnss is not None:
+        map_placed_log(laser, gnss, road_map, out)
+        return
     if laser is not None:
         map_laser_log(laser, out)
         return
@@ -63,6 +68,27 @@ def build_map(
     except NotWritten as error:
         console.print(f"[red]{error}[/red]", highlight=False)
         raise typer.Exit(EXIT_NOT_WRITTEN) from error
+
+
+def map_placed_log(laser: Path, gnss: Path, road_map: Path | None, out: Path) -> None:
+    """Occupancy tiles in the road map's frame; the fixes are of the vehicle's base."""
+    from campusloop.kernels.compiling import ensure_kernels
+    from campusloop.kernels.groups import WORKSHOP
+    from contract.roads.load import MapError, load_map
+    from workshop.carmen.laser_logs import read_laser_log
+    from workshop.carmen.log_files import LogFileError
+    from workshop.cloud_mapping.gnss_fixes import FixFileError, read_fixes
+
+    check_empty(out)
+    try:
+        log = read_laser_log(laser)
+        fixes = read_fixes(gnss, None if road_map is None else load_map(road_map).origin)
+    except (LogFileError, FixFileError, MapError) as error:
+        _refuse(str(error))
+    for note in log.notes:
+        console.print(f"[yellow]{note}[/yellow]", highlight=False)
+    ensure_kernels(WORKSHOP)
+    map_laser_site(log, fixes, out)
 
 
 def map_laser_log(laser: Path, out: Path) -> None:

@@ -29,6 +29,7 @@ GROUPS = {
         Group("gem", "vehicle_agent.stacks.warm:warm_gem"),
         Group("odometry", "vehicle_agent.localization.odometry.warm:warm_odometry"),
         Group("scan_map", "vehicle_agent.localization.scan_map.warm:warm_scan_map"),
+        Group("planar_map", "vehicle_agent.localization.planar_map.warm:warm_planar_map"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),
         Group("bookings", "server.dispatch.warm:warm_bookings"),
@@ -44,7 +45,8 @@ CLOUD_MAPPING = ("odometry", "cloud_mapping")
 
 def for_vehicle(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:
     """The groups that an agent with this stack needs. by_scans: with a point map."""
-    return (stack, "gate", "scan_map") if by_scans else (stack, "gate")
+    localization = "planar_map" if stack == "nus" else "scan_map"
+    return (stack, "gate", localization) if by_scans else (stack, "gate")
 
 
 def for_campus(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:

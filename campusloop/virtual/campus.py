@@ -79,6 +79,7 @@ class CampusOptions:
     plant_seed  of the shuttles' dynamics; None: nominal ones
     scene    hills, kerbs, trees and parked vehicles, and lidars that see them; None: walls on a plane
     point_map  the folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
+    campus_sky  buildings hide satellites and reflect their signals; otherwise receivers have an open sky
     """
 
     road_map: RoadMap
@@ -95,6 +96,7 @@ class CampusOptions:
     plant_seed: int | None = None
     scene: SceneOptions | None = None
     point_map: Path | None = None
+    campus_sky: bool = False
 
 
 class VirtualClock:
@@ -288,6 +290,7 @@ class VirtualCampus:
                 lidar=options.lidar,
                 plant_seed=options.plant_seed,
                 scene=options.scene,
+                campus_sky=options.campus_sky,
             ),
         )
         begins_ns = int(options.begins.timestamp()) * 1_000_000_000

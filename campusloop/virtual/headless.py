@@ -203,6 +203,7 @@ def print_vehicles(console: Console, campus: "VirtualCampus") -> None:
         "stood for people s",
         "hardest braking m/s2",
         "least clearance m",
+        "position error rms / p99 m",
         "planning p99 ms",
         "tick p50 / p99 ms",
     ):
@@ -219,10 +220,19 @@ def print_vehicles(console: Console, campus: "VirtualCampus") -> None:
             f"{score.stopped_for_people_s:.0f}",
             f"{score.hardest_braking_mps2:.2f}",
             f"{score.clearance_m_min:.2f}",
+            position_text(vehicle.position_errors_m),
             f"{np.percentile(planning_ms, 99):.2f}",
             f"{np.percentile(ticks_ms, 50):.2f} / {np.percentile(ticks_ms, 99):.2f}",
         )
     console.print(table)
+
+
+def position_text(errors_m: list[float]) -> str:
+    """Root mean square and 99th percentile; "" for a vehicle that never knew where it is."""
+    if not errors_m:
+        return ""
+    errors = np.array(errors_m)
+    return f"{np.sqrt(np.mean(errors**2)):.3f} / {np.percentile(errors, 99):.3f}"
 
 
 def _seconds(value: float | None) -> str:

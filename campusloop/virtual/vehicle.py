@@ -1,5 +1,6 @@
 """One vehicle in virtual time: the computer, gate and link bridge of a real one, wired to the simulator."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,6 @@ from vehicle_agent.config import Profile
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.keys import load_or_create_key, signature_text
 from vehicle_agent.link.session import Identity
-from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
@@ -29,8 +29,8 @@ from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.tick_process import TickUpdateWriter
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
-from vehicle_agent.signals import LinkMessage, Outputs, Task
-from vehicle_agent.stacks.choice import build_car
+from vehicle_agent.signals import Ego, LinkMessage, Outputs, Task
+from vehicle_agent.stacks.choice import build_car, checked_localization_map
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class VirtualVehicle:
     """`boot` starts a computer, `crash` ends it; the disk stays.
 
     happened: every event with the time of its tick; times: of every room; outputs: of the last tick.
-    wired: its computer and gate, and the simulated bus.
+    wired: its computer and gate, and the simulated bus. position_errors_m: of each tick with a valid pose.
     """
 
     def __init__(self, setup: VirtualVehicleSetup, world: SimWorld, dial: Dial) -> None:
@@ -69,13 +69,16 @@ class VirtualVehicle:
         mask = CodeMask(setup.vehicle_id.encode())
         point_map = setup.point_map
         self._localization_map = (
-            "" if point_map is None else checked_index(point_map, setup.road_map.origin).map_version
+            ""
+            if point_map is None
+            else checked_localization_map(setup.profile, point_map, setup.road_map.origin).map_version
         )
         self.wired = WiredVehicle(setup.vehicle_id, setup.profile, setup.road_map, world, mask, point_map)
         self._line_id = -1
         self.times = RoomTimes()
         self.happened: list[tuple[int, VehicleEvent]] = []
         self.outputs: Outputs | None = None
+        self.position_errors_m: list[float] = []
         self._tracing = None if setup.spans is None else _Tracing(setup.spans, setup.vehicle_id)
 
     def boot(self, now_ns: int) -> None:
@@ -143,6 +146,7 @@ class VirtualVehicle:
         mission = wired.computer.state.mission
         self.times.whole.append(wired.tick_wall_ns)
         self.outputs = outputs
+        self._note_position_error(outputs.flow.ego)
         self._show_route(outputs.flow.task, mission.segment)
         self.happened.extend((now_ns, event) for event in outputs.events)
         if self._tracing is not None:
@@ -152,6 +156,14 @@ class VirtualVehicle:
             self._bridge.process_update(update, now_ns)
         self.run_log.write(wired.computer.entries)
         self.link.step(now_ns)
+
+    def _note_position_error(self, ego: Ego) -> None:
+        """How far the vehicle is from where it says, while it says that it knows."""
+        if ego.valid:
+            truth = self._world.truth(self.setup.vehicle_id).pose_map
+            self.position_errors_m.append(
+                math.hypot(ego.pose_map.x_m - truth.x_m, ego.pose_map.y_m - truth.y_m)
+            )
 
     def _trace(self, tracing: "_Tracing", outputs: Outputs, memory: MissionMemory, utc_ns: int) -> None:
         tracing.link.answered(outputs.answers, utc_ns)

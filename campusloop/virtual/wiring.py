@@ -212,6 +212,7 @@ class WiredVehicle:
         reports = world.frames_to_vehicle(vehicle_id)
         items = (*world.sensor_items(vehicle_id, now_ns), *world.tracked(vehicle_id, now_ns))
         scan = world.scan(vehicle_id, now_ns)
+        planar = world.planar_scan(vehicle_id, now_ns)
         if self.computer is None:
             return None
         self._bus.take_reports(reports, now_ns)
@@ -220,8 +221,10 @@ class WiredVehicle:
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
-            if self.localization is not None:
-                self.localization.see(scan[0], now_ns)
+        # A stack's map is made by the sensor that it compares with it.
+        placed = planar if self._profile.stack == "nus" else scan
+        if placed is not None and self.localization is not None:
+            self.localization.see(placed[0], now_ns)
         while self._percepts and self._percepts[0][0] <= now_ns:
             self._deliver("worker", self._percepts.popleft()[1], now_ns, input_filter)
         while self._plans and self._plans[0][0] <= now_ns:

@@ -18,13 +18,14 @@ from typing import Literal
 
 import msgspec
 
+from contract.localization_maps import LocalizationMapError
 from contract.point_map.tiles import FORMAT, Surfels, TileError, decode_tile, encode_tile
 from contract.roads.model import Origin
 
 INDEX, TILES = "index.json", "tiles"
 
 
-class PointMapError(ValueError):
+class PointMapError(LocalizationMapError):
     """The folder holds no point map, or a changed one; the message is one sentence."""
 
 

@@ -11,7 +11,14 @@ from simulator.live.control_server import ControlServer, RemotePhones
 from simulator.live.ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
 from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
-from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceValue, DeviceValues, ScanRing
+from vehicle_agent.device_feed import (
+    DatagramPort,
+    DeviceOutputs,
+    DeviceValue,
+    DeviceValues,
+    ScanRing,
+    planar_ring_path,
+)
 
 LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
@@ -30,7 +37,9 @@ class VehicleWiring:
         self.bus = LiveBus(ports.can_channel, clock.now_ns)
         self.outputs = DatagramPort(ports.hmi_port)
         self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
-        self._scans = 0
+        self._planar_ring: ScanRing | None = None
+        self._planar_path = planar_ring_path(scan_ring_path(folder, vehicle_id))
+        self._scans, self._planar_scans = 0, 0
 
     def exchange(self, world: SimWorld, now_ns: int) -> None:
         """Send the devices' values at now_ns, and execute the vehicle's device outputs."""
@@ -43,6 +52,12 @@ class VehicleWiring:
             ready = self.ring.write(self._scans, now_ns, *scan)
             self.outputs.send(self.ports.scans_port, ready)
             self._scans += 1
+        planar = world.planar_scan(self.vehicle_id, now_ns)
+        if planar is not None:
+            # The localization worker looks into the ring; nothing else waits for these scans.
+            self._planar_ring = self._planar_ring or ScanRing(self._planar_path, create=True)
+            self._planar_ring.write(self._planar_scans, now_ns, *planar)
+            self._planar_scans += 1
         for datagram in self.outputs.take():
             if isinstance(datagram, DeviceOutputs):
                 world.show(self.vehicle_id, datagram.hmi, now_ns)

@@ -8,7 +8,7 @@ import numpy as np
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap
 from simulator.sensors.lidars.driver import moved_to_end
-from simulator.sensors.lidars.faults import FaultyLidar
+from simulator.sensors.lidars.faults import FaultyLidar, FaultyPlanarScanner
 from simulator.sensors.lidars.firings import Array32
 from simulator.sensors.lidars.mounts import lidars_of
 from simulator.sensors.lidars.scanner import MovingBodies
@@ -18,6 +18,7 @@ from simulator.sensors.scene.ground import GroundParams
 from simulator.sensors.scene.moving_scene import MovingScenes
 from simulator.sensors.scene.shapes import shuttle
 from simulator.sensors.scene.static_scene import CastScene, StaticScene
+from simulator.sensors.scene_planar import VehiclePlanarScanner
 from simulator.traffic.actors import Bodies
 from simulator.vehicle.plant import PlantView
 from vehicle_agent.config import Profile
@@ -58,14 +59,41 @@ class SceneLidars:
         self.scene = StaticScene(road_map, options.seed, options.changes, options.ground)
         self._scenes = MovingScenes(self.scene.ground, fleet_numbers_from)
         self._vehicles: dict[str, _VehicleLidars] = {}
+        self._planar: dict[str, VehiclePlanarScanner] = {}
         for vehicle_id, profile in profiles.items():
             if profile.lidar.rate_hz > 0.0:
                 rng = np.random.default_rng([options.seed, *f"scene lidars {vehicle_id}".encode()])
                 self._vehicles[vehicle_id] = _VehicleLidars(self.scene, profile, options, rng)
+            if profile.planar_scanner.rate_hz > 0.0:
+                rng = np.random.default_rng([options.seed, *f"planar scanner {vehicle_id}".encode()])
+                planar = VehiclePlanarScanner(self.scene, profile, rng, options.rain_mm_per_h)
+                self._planar[vehicle_id] = planar
 
     def faults(self, vehicle_id: str) -> tuple[FaultyLidar, ...]:
         """The vehicle's sensors, in the order of `lidars_of`."""
         return self._vehicles[vehicle_id].lidars
+
+    def planar_scanner(self, vehicle_id: str) -> FaultyPlanarScanner:
+        """The vehicle's planar scanner, whose fault may be set."""
+        return self._planar[vehicle_id].scanner
+
+    def planar_scan(
+        self, vehicle_id: str, now_ns: int, truth: PlantView, others: Bodies
+    ) -> tuple[Array32, Array32] | None:
+        """Points (n, 3) base frame at now_ns, intensities (n,) of the planar scanner's turn, if one is due.
+
+        Call it in every step.
+        """
+        planar = self._planar.get(vehicle_id)
+        if planar is None:
+            return None
+        return planar.step(now_ns, truth, lambda: self._moving(now_ns, truth, others))
+
+    def _moving(self, now_ns: int, truth: PlantView, others: Bodies) -> MovingBodies:
+        apart = np.hypot(
+            others.poses_map[:, 0] - truth.pose_map.x_m, others.poses_map[:, 1] - truth.pose_map.y_m
+        )
+        return MovingBodies(now_ns, self._scenes.of(others.selected(apart < _NEAR_M)))
 
     def grade_ratio(self, pose_map: Pose2, wheelbase_m: float) -> float:
         """Slope of the road under a vehicle, uphill positive."""
@@ -83,11 +111,7 @@ class SceneLidars:
         vehicle = self._vehicles.get(vehicle_id)
         if vehicle is None:
             return None
-        apart = np.hypot(
-            others.poses_map[:, 0] - truth.pose_map.x_m, others.poses_map[:, 1] - truth.pose_map.y_m
-        )
-        moving = MovingBodies(now_ns, self._scenes.of(others.selected(apart < _NEAR_M)))
-        return vehicle.step(now_ns, due, truth, moving)
+        return vehicle.step(now_ns, due, truth, self._moving(now_ns, truth, others))
 
 
 class _VehicleLidars:

@@ -25,6 +25,7 @@ from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
 from vehicle_agent.localization.monte_carlo.localization import MonteCarloParams
 from vehicle_agent.localization.odometry.lidar_odometry import OdometryParams
 from vehicle_agent.localization.odometry_ekf import OdometryNoise
+from vehicle_agent.localization.planar_map.localizer import PlanarLocalizerParams
 from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
 from vehicle_agent.localization.scan_map.localizer import LocalizerParams
 from vehicle_agent.localization.scan_map.matching import MatchParams as ScanMatchParams
@@ -65,6 +66,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
         MonteCarloParams,
         FieldParams,
         GlobalSearchParams,
+        PlanarLocalizerParams,
     ),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),

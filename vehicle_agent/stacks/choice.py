@@ -7,8 +7,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from contract.roads.model import RoadMap
+from contract.occupancy.tile_files import OccupancyTilesIndex
+from contract.point_map.map_files import PointMapIndex
+from contract.roads.model import Origin, RoadMap
 from vehicle_agent.config import Profile, ProfileError
+from vehicle_agent.localization.planar_map import stored_map as planar_map
+from vehicle_agent.localization.scan_map import stored_map as scan_map
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.signals import PlanAnswer, PlanJob
@@ -17,7 +21,7 @@ Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks with a motion planner beside the tick.
 PLANNING_STACKS = frozenset({"snow_lion"})
 # Stacks that can compare scans with a map beside the tick.
-LOCALIZING_STACKS = frozenset({"snow_lion"})
+LOCALIZING_STACKS = frozenset({"nus", "snow_lion"})
 
 
 def build_car(profile: Profile, road_map: RoadMap, localization_map: str = "") -> Car:
@@ -48,7 +52,7 @@ def _stack_car(profile: Profile, road_map: RoadMap, localization_map: str) -> Ca
         case "nus":
             from vehicle_agent.stacks.nus import nus
 
-            return nus(profile, road_map)
+            return nus(profile, road_map, by_scans=bool(localization_map))
         case "snow_lion":
             from vehicle_agent.stacks.snow_lion import snow_lion
 
@@ -72,8 +76,38 @@ def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
 def build_localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:
     """What compares scans with the map in `folder`, for a stack of `LOCALIZING_STACKS`.
 
-    Raises PointMapError for a folder without a sound index.
+    Raises LocalizationMapError for a folder without a sound index, and ProfileError.
     """
-    from vehicle_agent.stacks.snow_lion import localization_worker
+    if profile.stack == "nus":
+        from vehicle_agent.stacks import nus
 
-    return localization_worker(profile, folder)
+        return nus.localization_worker(profile, folder)
+    from vehicle_agent.stacks import snow_lion
+
+    return snow_lion.localization_worker(profile, folder)
+
+
+def checked_localization_map(
+    profile: Profile, folder: Path, origin: Origin
+) -> PointMapIndex | OccupancyTilesIndex:
+    """The index of the stack's kind of map, whose every tile is whole and lies in the road map's frame.
+
+    Raises LocalizationMapError: damaged, of another kind, or of another place.
+    """
+    return (
+        planar_map.checked_index(folder, origin)
+        if profile.stack == "nus"
+        else scan_map.checked_index(folder, origin)
+    )
+
+
+def warm_localization(profile: Profile) -> None:
+    """Calls every kernel of the stack's localization worker once."""
+    if profile.stack == "nus":
+        from vehicle_agent.localization.planar_map.warm import warm_planar_map
+
+        warm_planar_map()
+    else:
+        from vehicle_agent.localization.scan_map.warm import warm_scan_map
+
+        warm_scan_map()

@@ -30,6 +30,19 @@ class Edge(msgspec.Struct, frozen=True):
     is_loop: bool
 
 
+class NodePlace(msgspec.Struct, frozen=True):
+    """A measurement of where a point of a node is, such as a receiver's antenna.
+
+    lever      (2,) of the point in the node's frame, m
+    place_map  (2,) m; std_m of it. It may be wrong, and then loses its weight like a loop
+    """
+
+    node: int
+    lever: Array
+    place_map: Array
+    std_m: float
+
+
 class Optimized(msgspec.Struct, frozen=True):
     """poses (n, 3); chi2 (e,) each edge's squared Mahalanobis distance, unscaled; weights (e,) 0..1."""
 
@@ -47,11 +60,16 @@ class GraphParams(msgspec.Struct, frozen=True):
     converged_ratio: float = 1e-6
 
 
-def optimized(poses: Array, edges: Sequence[Edge], params: GraphParams) -> Optimized:
-    """The nodes' most likely poses; node 0 keeps its pose. poses (n, 3) are where the search begins."""
+def optimized(
+    poses: Array, edges: Sequence[Edge], params: GraphParams, places: Sequence[NodePlace] = ()
+) -> Optimized:
+    """The nodes' most likely poses, from poses (n, 3) on. Without places, node 0 keeps its pose.
+
+    chi2 and weights of the result have the edges first and then the places.
+    """
     if len(poses) < 2 or not edges:
         return Optimized(poses.copy(), np.zeros(len(edges)), np.ones(len(edges)), 0)
-    system = _System(edges, len(poses))
+    system = _PlacedSystem(edges, len(poses), places) if places else _System(edges, len(poses))
     poses = poses.copy()
     errors, chi2 = system.errors(poses)
     weights = system.weights(chi2, params.chi2_scale)
@@ -111,7 +129,14 @@ class _System:
         return np.where(self._is_loop, scaled, 1.0)
 
     def step(self, poses: Array, errors: Array, weights: Array, damping: float) -> Array:
-        """(n, 3) the damped Gauss-Newton step."""
+        """(n, 3) the damped Gauss-Newton step; node 0 is fixed: its rows are left out."""
+        matrix, gradient = self._equations(poses, errors, weights)
+        step = np.zeros(3 * self._nodes)
+        step[3:] = _solved(matrix[3:, 3:], gradient[3:], damping)
+        return step.reshape(-1, 3)
+
+    def _equations(self, poses: Array, errors: Array, weights: Array) -> tuple[csc_matrix, Array]:
+        """(matrix, gradient) of the normal equations."""
         first, last = poses[self._from], poses[self._to]
         cos, sin = np.cos(first[:, 2]), np.sin(first[:, 2])
         dx_m, dy_m = last[:, 0] - first[:, 0], last[:, 1] - first[:, 1]
@@ -131,17 +156,62 @@ class _System:
         size = 3 * self._nodes
         rows, columns = np.repeat(at, 6, axis=1).ravel(), np.tile(at, (1, 6)).ravel()
         matrix = csc_matrix((blocks.reshape(count, 36).ravel(), (rows, columns)), shape=(size, size))
-        gradient = np.bincount(at.ravel(), weights=gradients.ravel(), minlength=size)
-        # Node 0 is fixed: its rows are left out.
-        matrix = matrix[3:, 3:]
-        diagonal = matrix.diagonal()
-        matrix = matrix + csc_matrix(
-            (damping * diagonal + 1e-9, (np.arange(size - 3), np.arange(size - 3))), shape=matrix.shape
-        )
-        factor = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        step = np.zeros(size)
-        step[3:] = factor.solve(-gradient[3:])
-        return step.reshape(-1, 3)
+        gradient = np.bincount(at.ravel(), weights=gradients.ravel(), minlength=size).astype(np.float64)
+        return matrix, gradient
+
+
+class _PlacedSystem(_System):
+    """A graph whose nodes are held by places in the map frame, so that no node is fixed."""
+
+    def __init__(self, edges: Sequence[Edge], nodes: int, places: Sequence[NodePlace]) -> None:
+        super().__init__(edges, nodes)
+        self._edges = len(edges)
+        self._at: IntArray = np.array([place.node for place in places])
+        self._levers = np.array([place.lever for place in places])
+        self._places = np.array([place.place_map for place in places])
+        self._weights = np.array([place.std_m**-2 for place in places])
+        self._is_loop = np.concatenate([self._is_loop, np.ones(len(places), dtype=np.bool_)])
+
+    def errors(self, poses: Array) -> tuple[Array, Array]:
+        errors, chi2 = super().errors(poses)
+        away = np.zeros((len(self._at), 3))
+        away[:, :2] = poses[self._at, :2] + self._turned(poses) - self._places
+        squared = self._weights * np.einsum("pa,pa->p", away, away)
+        return np.concatenate([errors, away]), np.concatenate([chi2, squared])
+
+    def step(self, poses: Array, errors: Array, weights: Array, damping: float) -> Array:
+        matrix, gradient = self._equations(poses, errors[: self._edges], weights[: self._edges])
+        turned = self._turned(poses)
+        jacobians = np.zeros((len(self._at), 2, 3))
+        jacobians[:, 0, 0] = jacobians[:, 1, 1] = 1.0
+        jacobians[:, 0, 2], jacobians[:, 1, 2] = -turned[:, 1], turned[:, 0]
+        weighed = jacobians * (self._weights * weights[self._edges :])[:, None, None]
+        blocks = np.einsum("pai,paj->pij", weighed, jacobians)
+        gradients = np.einsum("pai,pa->pi", weighed, errors[self._edges :, :2])
+        at = 3 * self._at[:, None] + np.arange(3)
+        size = 3 * self._nodes
+        rows, columns = np.repeat(at, 3, axis=1).ravel(), np.tile(at, (1, 3)).ravel()
+        matrix = matrix + csc_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
+        gradient = gradient + np.bincount(at.ravel(), weights=gradients.ravel(), minlength=size)
+        return _solved(matrix, gradient, damping).reshape(-1, 3)
+
+    def _turned(self, poses: Array) -> Array:
+        """(p, 2) the levers in the map's axes."""
+        cos, sin = np.cos(poses[self._at, 2]), np.sin(poses[self._at, 2])
+        x, y = self._levers.T
+        return np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+
+
+def _solved(matrix: csc_matrix, gradient: Array, damping: float) -> Array:
+    """The step that the damped normal equations ask for."""
+    size = len(gradient)
+    diagonal = matrix.diagonal()
+    damped = matrix + csc_matrix(
+        (damping * diagonal + 1e-9, (np.arange(size), np.arange(size))), shape=matrix.shape
+    )
+    factor = splu(damped.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    step: Array = factor.solve(-gradient)
+    return step
 
 
 def in_axes_of(T_reference_from: Array, information: Array) -> Array:

@@ -12,7 +12,7 @@ from vehicle_agent.localization.laser.point_index import index_points
 from vehicle_agent.localization.laser.point_to_line import MatchParams, match_to_lines
 from vehicle_agent.localization.laser.pose_arrays import between
 from workshop.laser_mapping.keyframes import Keyframes
-from workshop.laser_mapping.pose_graph import Edge, GraphParams, Optimized, optimized
+from workshop.laser_mapping.pose_graph import Edge, GraphParams, NodePlace, Optimized, optimized
 from workshop.laser_mapping.submaps import joined_surface
 
 
@@ -57,15 +57,19 @@ def refined(
     loops: tuple[Edge, ...],
     params: RefinementParams,
     advance: Callable[[int], None],
+    places: tuple[NodePlace, ...] = (),
 ) -> Refined:
-    """The keyframes' poses from the edges of dead reckoning, of loops and of all passes of each place."""
+    """The keyframes' poses from the edges of dead reckoning, of loops and of all passes of each place.
+
+    places  of keyframes in the map frame, where a receiver said them
+    """
     graph = Optimized(poses, np.zeros(0), np.zeros(0), 0)
     edges: tuple[Edge, ...] = ()
     for match in params.matches:
         edges = (*keyframes.edges, *_pass_edges(keyframes, graph.poses, match, params, advance))
         # A loop that no keyframe confirms still holds the map together.
         edges = (*edges, *loops)
-        graph = optimized(graph.poses, edges, params.graph)
+        graph = optimized(graph.poses, edges, params.graph, places)
     return Refined(graph, edges)
 
 

@@ -55,7 +55,7 @@ def residuals(reckoned: DeadReckoned, loops: Loops, refined: Refined, way_m: flo
     pass_weights = weights[chained : len(weights) - closed]
     loop_weights = weights[len(weights) - closed :]
     used = [edge for edge, weight in zip(pass_edges, pass_weights, strict=True) if weight >= _REJECTED_WEIGHT]
-    deviations_m, deviations_deg = _deviations(refined.graph.poses, used)
+    deviations_m, deviations_deg = pass_deviations(refined.graph.poses, used)
     moved = refined.graph.poses[:, :2] - keyframes.poses[:, :2]
     return Residuals(
         scans=len(reckoned.poses),
@@ -76,7 +76,7 @@ def residuals(reckoned: DeadReckoned, loops: Loops, refined: Refined, way_m: flo
     )
 
 
-def _deviations(poses: Array, edges: Sequence[Edge]) -> tuple[Array, Array]:
+def pass_deviations(poses: Array, edges: Sequence[Edge]) -> tuple[Array, Array]:
     """(metres (e,), degrees (e,)) between what each edge measured and the poses; one zero without edges."""
     if not edges:
         return np.zeros(1), np.zeros(1)

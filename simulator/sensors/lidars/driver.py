@@ -1,11 +1,16 @@
-"""What the lidars' driver on a vehicle sends on: one cloud in the base frame at the turn's end."""
+"""What the lidars' driver on a vehicle sends on: one cloud in the base frame at the turn's end.
+
+Planar scanners are handed over in the same way.
+"""
 
 import math
 
 import numpy as np
 from numba import njit
 
+from contract.geometry import Array
 from simulator.sensors.lidars.firings import Array32, Times
+from simulator.sensors.lidars.planar_scanner import PlanarScan
 
 
 @njit(cache=True)
@@ -31,3 +36,21 @@ def moved_to_end(
         moved[k, 1] = -sin * x + cos * y
         moved[k, 2] = points_base[k, 2]
     return moved
+
+
+def planar_points(
+    scan: PlanarScan, T_base_sensor: Array, end_ns: int, speed_mps: float, yaw_rate_radps: float
+) -> tuple[Array32, Array32]:
+    """(points (n, 3) as the base sees them at the turn's end, intensities (n,)) of a planar scan's returns.
+
+    end_ns, speed_mps, yaw_rate_radps  as in `moved_to_end`
+    """
+    seen = np.isfinite(scan.ranges_m)
+    ranges_m, angles_rad = scan.ranges_m[seen], scan.angles_rad[seen]
+    level = np.column_stack(
+        (ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad), np.zeros(len(ranges_m)))
+    )
+    based = (level @ T_base_sensor[:3, :3].T + T_base_sensor[:3, 3]).astype(np.float32)
+    return moved_to_end(based, scan.offsets_ns[seen], end_ns, speed_mps, yaw_rate_radps), scan.intensities[
+        seen
+    ]

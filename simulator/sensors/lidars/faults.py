@@ -1,10 +1,12 @@
 """Faults of a lidar, for tests of what must notice them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal, Protocol
 
 import numpy as np
 
+from simulator.sensors.lidars.planar_scanner import PlanarScan, PlanarScanner
 from simulator.sensors.lidars.scanner import MovingBodies, Trajectory
 from simulator.sensors.lidars.spinning_lidar import LidarScan
 from vehicle_agent.signals.point_cloud import PointCloud
@@ -52,6 +54,33 @@ class FaultyLidar:
             return _with_cloud(scan, begin_ns, intensities=full)
         if self.fault == "not_finite":
             return _holed(scan)
+        return scan
+
+
+class FaultyPlanarScanner:
+    """A planar scanner whose `fault` may be set at any time; None while it works. Faults are a lidar's."""
+
+    def __init__(self, scanner: PlanarScanner) -> None:
+        self.fault: LidarFault | None = None
+        self._scanner = scanner
+        self._last: PlanarScan | None = None
+
+    def scan(
+        self, trajectory: Trajectory, begin_ns: int, moving: Sequence[MovingBodies] = ()
+    ) -> PlanarScan | None:
+        """The turn that begins at begin_ns, as the fault leaves it; None if the sensor is dead."""
+        if self.fault == "dead":
+            return None
+        if self.fault == "frozen" and self._last is not None:
+            return replace(self._last, stamp_ns=begin_ns)
+        scan = self._scanner.scan(trajectory, begin_ns, moving)
+        self._last = scan
+        if self.fault == "saturated":
+            return replace(scan, intensities=np.full(len(scan.intensities), _SATURATED, dtype=np.float32))
+        if self.fault == "not_finite":
+            ranges = scan.ranges_m.copy()
+            ranges[::_LOST_EVERY] = np.nan
+            return replace(scan, ranges_m=ranges)
         return scan
 
 

@@ -5,8 +5,10 @@ import math
 import numpy as np
 
 from contract.geometry import Array
+from simulator.sensors.lidars.planar_scanner import PlanarMount
 from simulator.sensors.lidars.spinning_lidar import MountedLidar
 from vehicle_agent.config import Body, Profile
+from vehicle_agent.config import PlanarScanner as PlanarScannerProfile
 from vehicle_agent.lidar.models import HESAI, VLP16, XT16, LidarModel
 
 _MAST_M = 0.35
@@ -54,6 +56,14 @@ def lidars_of(profile: Profile, four: bool = False) -> tuple[MountedLidar, ...]:
     z_m = max(place.z_m, profile.body.height_m + _MAST_M)
     at = mount(place.x_m, place.y_m, z_m, 0.0)
     return (MountedLidar("roof", in_makers_frame(at, VLP16), VLP16, place.rate_hz),)
+
+
+def planar_mount(scanner: PlanarScannerProfile) -> PlanarMount:
+    """The planar scanner of a profile: a SICK LMS151 at its place."""
+    at = mount(scanner.x_m, scanner.y_m, scanner.z_m, scanner.yaw_rad)
+    return PlanarMount(
+        "planar", at, scanner.field_rad, scanner.step_rad, scanner.mirror_hz, (0.5, scanner.range_m_max)
+    )
 
 
 def four_lidars(body: Body, model: LidarModel = XT16) -> tuple[MountedLidar, ...]:

@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 from campusloop.cli import app_of
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.shipped import DEFAULT_MAP, PROFILES
-from contract.point_map.map_files import PointMapError, write_tiles
+from contract.localization_maps import LocalizationMapError
+from contract.point_map.map_files import write_tiles
 from contract.roads.load import load_map
 from contract.roads.model import Origin
 from tests.vehicle_agent.localization.scan_map.places import SQUARE, TILE_M, VOXEL_M, a_map
@@ -27,9 +28,9 @@ def point_map(tmp_path: Path) -> Path:
 def test_scans_take_a_whole_map_of_the_campus_and_gnss_none(point_map: Path) -> None:
     assert chosen_point_map(SCANS, point_map, DEFAULT_MAP, has_scene=True) == point_map.resolve()
     assert chosen_point_map(GNSS, None, DEFAULT_MAP, has_scene=False) is None
-    with pytest.raises(PointMapError, match="--localization scans"):
+    with pytest.raises(LocalizationMapError, match="--localization scans"):
         chosen_point_map(GNSS, point_map, DEFAULT_MAP, has_scene=True)
-    with pytest.raises(PointMapError, match="needs --scene"):
+    with pytest.raises(LocalizationMapError, match="needs --scene"):
         chosen_point_map(SCANS, point_map, DEFAULT_MAP, has_scene=False)
 
 
@@ -37,7 +38,7 @@ def test_without_a_map_the_command_that_makes_one_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(PointMapError, match="campusloop workshop survey"):
+    with pytest.raises(LocalizationMapError, match="campusloop workshop survey"):
         chosen_point_map(SCANS, None, DEFAULT_MAP, has_scene=True)
 
 
@@ -56,3 +57,11 @@ def test_a_map_of_another_place_ends_the_demo_with_the_reason(tmp_path: Path) ->
     done = CliRunner().invoke(app_of(), ["demo", *given])
     assert done.exit_code == 2
     assert "no map of this campus" in " ".join(done.output.split())
+
+
+def test_the_nus_stack_takes_the_shipped_occupancy_map_and_refuses_a_map_of_surfaces(point_map: Path) -> None:
+    cart = chosen_profile(SCANS, PROFILES / "nus-cart.toml")
+    shipped = chosen_point_map(SCANS, None, DEFAULT_MAP, has_scene=True, profile=cart)
+    assert shipped == (DEFAULT_MAP.parent / "occupancy-map").resolve()
+    with pytest.raises(LocalizationMapError, match="map of surfaces"):
+        chosen_point_map(SCANS, point_map, DEFAULT_MAP, has_scene=True, profile=cart)

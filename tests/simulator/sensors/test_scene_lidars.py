@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -14,7 +15,7 @@ from simulator.sensors.scene_lidars import SceneOptions
 from simulator.world import SimWorld, WorldError, WorldOptions
 from tests.simulator.street import QuietPhone, street
 from tests.simulator.traffic.careful_driver import START_NS
-from vehicle_agent.config import LidarMount, Profile
+from vehicle_agent.config import LidarMount, PlanarScanner, Profile
 from vehicle_agent.signals import ImuSample
 
 STEP_NS = 20_000_000
@@ -161,3 +162,39 @@ def test_map_without_lanes_is_refused_with_the_reason() -> None:
     bare = RoadMap("none", "None", street().origin, (), (), (), ())
     with pytest.raises(WorldError, match="lanes"):
         a_world({"s1": Pose2(20.0, 0.0, 0.0)}, road_map=bare)
+
+
+SCANNING = Profile(planar_scanner=PlanarScanner(x_m=3.0, z_m=2.4, rate_hz=10.0))
+
+
+def planar_scans(world: SimWorld, steps: int) -> dict[int, np.ndarray]:
+    """Points by step, of a vehicle that drives on."""
+    found = {}
+    for k in range(steps):
+        scan = world.planar_scan("a", START_NS + k * STEP_NS)
+        if scan is not None:
+            found[k] = scan[0]
+        world.step(START_NS + k * STEP_NS)
+    return found
+
+
+def test_planar_scanner_sees_a_wall_ten_times_a_second_from_where_the_vehicle_is() -> None:
+    road_map = msgspec.structs.replace(street(), buildings=(HOUSE,))
+    pose = Pose2(60.0, 0.0, 0.0)
+    world = a_world({"a": pose}, road_map=road_map, profile=SCANNING)
+    found = planar_scans(world, 12)
+    assert len(found) == 3
+    assert np.diff(list(found)) == pytest.approx(5)
+    points = list(found.values())[-1]
+    # The house's front is 6 m to the left, from 70 m on; the columns of its facade stand in front of it.
+    wall = points[(points[:, 0] > 12.0) & (points[:, 0] < 28.0) & (points[:, 1] > 5.0) & (points[:, 1] < 7.5)]
+    assert len(wall) > 10
+    assert np.abs(points[:, 2] - 2.4).max() < 1e-3
+
+
+def test_dead_planar_scanner_says_nothing_and_a_vehicle_without_one_has_none() -> None:
+    world = a_world({"a": Pose2(60.0, 0.0, 0.0)}, profile=SCANNING)
+    assert world.scene_lidars is not None
+    world.scene_lidars.planar_scanner("a").fault = "dead"
+    assert planar_scans(world, 12) == {}
+    assert planar_scans(a_world({"a": Pose2(60.0, 0.0, 0.0)}), 12) == {}

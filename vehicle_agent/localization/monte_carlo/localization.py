@@ -163,7 +163,7 @@ class MonteCarloLocalization(msgspec.Struct, frozen=True):
     def anywhere(self, seed: int, ranges_m: Array, angles_rad: Array, odometry: Array) -> MonteCarloState:
         """The state of a laser that may be anywhere in the map and sees this scan."""
         random = generator(seed)
-        points = self._beam_ends(ranges_m, angles_rad)
+        points = self.beam_ends(ranges_m, angles_rad)
         return self._started(global_poses(points, self.field, self.params.search, random), random, odometry)
 
     def near(
@@ -201,7 +201,7 @@ class MonteCarloLocalization(msgspec.Struct, frozen=True):
         std_rad = params.step_std_rad + params.turn_ratio * turn_rad + params.turn_radpm * length_m
         move(poses, way, std_m, std_rad, params.slip_ratio, params.slip_m, params.slip_rad, random)
         state = msgspec.structs.replace(state, poses=poses, random=random, odometry=np.asarray(odometry))
-        points = self._beam_ends(ranges_m, angles_rad)
+        points = self.beam_ends(ranges_m, angles_rad)
         if len(points):
             state = self._weighed(state, points, params.standing_evidence if is_standing else 1.0)
         estimate = self._estimate(state, np.zeros(3))
@@ -218,7 +218,7 @@ class MonteCarloLocalization(msgspec.Struct, frozen=True):
         weights = np.full(len(poses), 1.0 / len(poses))
         return MonteCarloState(poses, weights, random, np.asarray(odometry, dtype=np.float64), 0.0, 0.0, 0)
 
-    def _beam_ends(self, ranges_m: Array, angles_rad: Array) -> Array:
+    def beam_ends(self, ranges_m: Array, angles_rad: Array) -> Array:
         """(k, 2) ends of evenly chosen beams in the laser's frame."""
         params = self.params
         seen = supported(ranges_m, angles_rad, params.range_m_max, params.support_m, params.support_slope)

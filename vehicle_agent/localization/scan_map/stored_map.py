@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+from contract.occupancy.tile_files import OccupancyTilesIndex
 from contract.point_map.map_files import PointMapError, PointMapIndex, read_index, read_tile
 from contract.point_map.tiles import Surfels
 from contract.roads.model import Origin
@@ -28,7 +29,7 @@ def checked_index(folder: Path, origin: Origin) -> PointMapIndex:
     return index
 
 
-def is_of_place(index: PointMapIndex, origin: Origin) -> bool:
+def is_of_place(index: PointMapIndex | OccupancyTilesIndex, origin: Origin) -> bool:
     """Whether both have one frame, so that a place on one is the same place on the other."""
     own = index.origin
     return own is not None and (

@@ -8,6 +8,7 @@ import asyncio
 import signal
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -16,12 +17,11 @@ from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
 from contract.tracing import NO_SPANS, Spans, SpanSource
-from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors
+from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors, planar_ring_path
 from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
 from vehicle_agent.localization.scan_map.stored_map import is_of_place
-from vehicle_agent.localization.scan_map.warm import warm_scan_map
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
@@ -46,7 +46,13 @@ from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
 from vehicle_agent.signals import HmiOutput
-from vehicle_agent.stacks.choice import PLANNING_STACKS, build_car, build_localization_worker, build_planner
+from vehicle_agent.stacks.choice import (
+    PLANNING_STACKS,
+    build_car,
+    build_localization_worker,
+    build_planner,
+    warm_localization,
+)
 from vehicle_agent.stacks.rooms import height_map
 from vehicle_agent.stacks.warm import warm_tick
 
@@ -156,9 +162,13 @@ def run_planner(place: AgentPlace) -> None:
 def run_localization(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     vehicle = files.vehicle()
-    worker = build_localization_worker(files.profile(), files.point_map)
+    profile = files.profile()
+    worker = build_localization_worker(profile, files.point_map)
+    ring = Path(vehicle.scan_ring)
+    if profile.stack == "nus":
+        ring = planar_ring_path(ring)
     with closing(place.clock.open(f"localization {vehicle.vehicle_id}")) as clock:
-        LocalizationProcess(place.mail, Path(vehicle.scan_ring), worker, clock).run(warm_scan_map)
+        LocalizationProcess(place.mail, ring, worker, clock).run(partial(warm_localization, profile))
 
 
 def run_hmi_devices(place: AgentPlace) -> None:

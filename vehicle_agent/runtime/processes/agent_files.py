@@ -20,15 +20,16 @@ from pathlib import Path
 import msgspec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
+from contract.occupancy.tile_files import OccupancyTilesIndex
 from contract.point_map.map_files import INDEX, PointMapIndex
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
-from vehicle_agent.localization.scan_map.stored_map import checked_index
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 from vehicle_agent.runtime.sensors.sensors_file import SensorSettings, load_sensors
+from vehicle_agent.stacks.choice import checked_localization_map
 
 
 class AgentFolderError(Exception):
@@ -122,12 +123,12 @@ class AgentFolder:
         """The campus map as it lies on the disk. Raises OSError."""
         return (self.root / "map.json").read_bytes()
 
-    def install_point_map(self, source: Path) -> PointMapIndex:
+    def install_point_map(self, source: Path) -> PointMapIndex | OccupancyTilesIndex:
         """Copies a point map beside the campus map, which is there; the one before is replaced as a whole.
 
-        Raises PointMapError for a damaged map and for one of another place, OSError.
+        Raises LocalizationMapError for a damaged map, one of another place or kind, OSError.
         """
-        index = checked_index(source, self.road_map().origin)
+        index = checked_localization_map(self.profile(), source, self.road_map().origin)
         fresh, old = self.root / ".point-map.new", self.root / ".point-map.old"
         for folder in (fresh, old):
             shutil.rmtree(folder, ignore_errors=True)
@@ -146,14 +147,14 @@ class AgentFolder:
         """From the next start on the vehicle has GNSS/INS alone."""
         shutil.rmtree(self.point_map, ignore_errors=True)
 
-    def checked_point_map(self) -> PointMapIndex | None:
+    def checked_point_map(self) -> PointMapIndex | OccupancyTilesIndex | None:
         """The index of the point map with every tile checked; None for a vehicle that has none.
 
-        Raises PointMapError, MapError.
+        Raises LocalizationMapError, MapError.
         """
         if not self.point_map.exists():
             return None
-        return checked_index(self.point_map, self.road_map().origin)
+        return checked_localization_map(self.profile(), self.point_map, self.road_map().origin)
 
     def save_next_map(self, map_version: str, data: bytes) -> None:
         """Writes a checked map beside the present one; others that wait there are gone.
