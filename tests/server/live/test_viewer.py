@@ -1,7 +1,7 @@
 import msgspec
 
 from contract.geometry import Pose2
-from contract.wire.messages import DrivingView, FaultReport, Status
+from contract.wire.messages import DrivingView, FaultReport, LocalizationReport, Status
 from server.live.scene import (
     REMOVALS_KEPT,
     CommandScene,
@@ -171,6 +171,7 @@ def test_a_passenger_learns_nothing_else_that_a_shuttle_reports() -> None:
         driving=DrivingView("waypoint_speed"),
         hold_reason="operator_hold",
         hold_detail="the driver is late",
+        localization=LocalizationReport("gnss_only", 0.1, 0.9),
     )
     facts = VehicleFacts("Shuttle 1", 6, 1, connected=True, held=True, charging=True, mode="held")
     task = VehicleTask("gate", 2, at_charger=True, hold_ends_ms=5, charged_at_ms=6, unavailable_since_ms=4)
