@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 from tests.e2e.conftest import OpenPage
 from tests.e2e.operator import sign_in
-from tests.e2e.passenger import book
+from tests.e2e.passenger import book, cancel
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 
 pytestmark = pytest.mark.browser
@@ -16,8 +16,10 @@ pytestmark = pytest.mark.browser
 def test_a_moment_is_forked_with_one_shuttle_more_and_compared(
     open_page: OpenPage, shuttle: ScriptedShuttle, screenshots: Path | None
 ) -> None:
-    book(open_page("/"), "Main Library", "Life Sciences")
-    book(open_page("/"), "Gymnasium", "Building J")
+    shuttle.speed_mps = 0.0
+    phones = open_page("/"), open_page("/")
+    book(phones[0], "Main Library", "Life Sciences")
+    book(phones[1], "Gymnasium", "Building J")
     console = open_page("/console", allowed=(409,))
     sign_in(console)
     console.get_by_role("link", name="Runs").click()
@@ -48,3 +50,6 @@ def test_a_moment_is_forked_with_one_shuttle_more_and_compared(
     fork.get_by_label("Shuttles more").fill("-50")
     fork.get_by_role("button", name="Compare from").click()
     expect(fork.get_by_text("There is nothing to compare at this moment, or too much.")).to_be_visible()
+    # Later tests on the same server have the shuttle to themselves.
+    for phone in phones:
+        cancel(phone)
