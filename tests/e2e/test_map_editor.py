@@ -1,5 +1,6 @@
 """A file that nobody has seen before becomes the map in force, and is booked on."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from playwright.sync_api import Browser, Page, expect
 from contract.roads.load import decode_map
 from contract.roads.network import RoadNetwork
 from server.feeds.roads.generated import generated_osm
+from tests.e2e.campus_map import place_px
 from tests.e2e.conftest import DESKTOP, WITHIN_MS
 from tests.e2e.operator import sign_in
 from tests.e2e.server_process import ServerProcess
@@ -127,3 +129,46 @@ def test_two_operators_on_one_draft_keep_both_versions(browser: Browser, server:
     pages[1].get_by_role("button", name="Keep mine as a draft of its own").click()
     expect(pages[1].get_by_role("heading", name="(mine)")).to_be_visible()
     assert len(server.http.get("/maps/drafts").json()) == 2
+
+
+def test_a_lane_is_dragged_with_the_mouse_saved_and_taken_back(
+    browser: Browser, server: ServerProcess, tmp_path: Path
+) -> None:
+    page = console(browser, server)
+    imported(page, tmp_path)
+    (draft,) = server.http.get("/maps/drafts").json()
+    path = f"/maps/drafts/{draft['draft_id']}"
+
+    def lanes() -> dict[str, list[list[float]]]:
+        found = server.http.get(path).json()["elements"]["lanes"]
+        return {lane["lane_id"]: lane["points"] for lane in found}
+
+    before = lanes()
+    # Small things are meant before large ones: a place far from all stops.
+    stops = [
+        before[stop["lane_id"]][min(round(stop["s_m"]), len(before[stop["lane_id"]]) - 1)]
+        for stop in server.http.get(path).json()["elements"]["stops"]
+    ]
+    middles = [points[len(points) // 2] for points in before.values()]
+    middle = max(middles, key=lambda at: min(math.dist(at, stop) for stop in stops))
+    ends = [points[end] for points in before.values() for end in (0, -1)]
+    page.get_by_role("button", name="Move", exact=True).click()
+    canvas = page.get_by_role("application")
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    assert box is not None
+    x_px, y_px = place_px(canvas, ends, middle)
+    page.mouse.move(box["x"] + x_px, box["y"] + y_px)
+    page.mouse.down()
+    page.mouse.move(box["x"] + x_px + 15, box["y"] + y_px + 5, steps=5)
+    page.mouse.move(box["x"] + x_px + 30, box["y"] + y_px + 20, steps=5)
+    # Dragging saves nothing until it is put down.
+    assert lanes() == before
+    page.mouse.up()
+    expect(page.get_by_text("Saved, revision 2")).to_be_visible()
+    after = lanes()
+    (moved,) = [lane_id for lane_id in before if after[lane_id] != before[lane_id]]
+    assert (after[moved][0], after[moved][-1]) == (before[moved][0], before[moved][-1])
+    page.get_by_role("button", name="Undo").click()
+    expect(page.get_by_text("Saved, revision 3")).to_be_visible()
+    assert lanes() == before

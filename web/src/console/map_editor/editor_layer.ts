@@ -18,6 +18,8 @@ interface Drawn {
   /** Places of a line that is being drawn. */
   readonly clicked: readonly Point[];
   readonly drive: readonly Point[];
+  /** A stop is being dragged; the map shows where it was. */
+  readonly is_dragging: boolean;
 }
 
 /** What only the editor draws: lines with their direction, stop lines, zones, kerbs, problems, the trial drive. */
@@ -84,6 +86,10 @@ export function editorLayer(drawn: Drawn): MapLayer {
     if (drawn.drive.length > 1) drawLine(context, camera, drawn.drive, palette.pickup, CHOSEN_PX);
     for (const problem of drawn.problems)
       if (problem.place !== null) dot(problem.place, palette.closed_road, DOT_PX + 2);
+    const stop = elements.stops.find((one) => isChosen("stops", one.stop_id));
+    const under = stop === undefined ? undefined : lanes.get(stop.lane_id);
+    if (drawn.is_dragging && stop !== undefined && under !== undefined)
+      dot(poseAt(under, stop.s_m).at, palette.route, DOT_PX + 2);
     if (drawn.clicked.length > 1)
       drawLine(context, camera, drawn.clicked, palette.route, STOP_LINE_PX);
     for (const place of drawn.clicked) dot(place, palette.route);

@@ -9,6 +9,7 @@ import { language } from "../../shared/texts/language";
 import { Loading } from "../../shared/ui/alerts";
 import { fragmentOf } from "../address";
 import { texts } from "../texts/texts";
+import { ElementDrag } from "./dragging";
 import { ConflictNotice } from "./conflict_notice";
 import type { Elements } from "./drawing";
 import { poseAt } from "./drawing";
@@ -32,6 +33,7 @@ interface EditorPageProps {
 export function EditorPage({ campus, draft_id }: EditorPageProps) {
   const t = texts.value;
   const state = useMemo(() => new EditorState(draft_id), [draft_id]);
+  const drag = useMemo(() => new ElementDrag(state), [state]);
   const tool = useSignal<Tool>("select");
   const clicked = useSignal<readonly Point[]>([]);
   const drive = useSignal<readonly Point[]>([]);
@@ -110,11 +112,12 @@ export function EditorPage({ campus, draft_id }: EditorPageProps) {
             language: language.value,
             interpolate: false,
             layer: editorLayer({
-              elements,
+              elements: state.preview.value ?? elements,
               chosen: state.chosen.value,
               problems: state.found.value?.problems ?? [],
               clicked: clicked.value,
               drive: drive.value,
+              is_dragging: state.preview.value !== null,
             }),
             selects_ground: true,
           }}
@@ -127,6 +130,7 @@ export function EditorPage({ campus, draft_id }: EditorPageProps) {
             zoom_out: t.zoom_out,
             show_all: t.whole_map,
           }}
+          drag={tool.value === "move" ? drag : null}
           onSelect={select}
         />
       </div>

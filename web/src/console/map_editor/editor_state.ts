@@ -23,6 +23,8 @@ export class EditorState {
   readonly draft = signal<Draft | null>(null);
   readonly elements = signal<Elements>(NOTHING);
   readonly buildings = signal<readonly (readonly Point[])[]>([]);
+  /** The drawing while something is dragged; null: nothing is. */
+  readonly preview = signal<Elements | null>(null);
   readonly chosen = signal<Chosen | null>(null);
   readonly problem = signal<Problem | null>(null);
   /** Someone else has changed the draft: what was drawn since is only here. */

@@ -4,13 +4,17 @@ import { NOTHING, changeBetween, lengthOf_m, withoutElement } from "./drawing";
 import {
   PULL_REACH_M,
   drawnLane,
+  kerbPulled,
   pulled,
   split,
   stopMoved,
   withCrossing,
+  withKerb,
   withStop,
   withZone,
 } from "./edits";
+import { ElementDrag } from "./dragging";
+import { EditorState } from "./editor_state";
 import { elementAt } from "./hit";
 
 function straight(lane_id: string, from_m: number, to_m: number, ...successors: string[]): Lane {
@@ -123,4 +127,48 @@ test("a tap means the smallest thing there", () => {
   expect(elementAt(ROAD, [62, 0.5], 3)).toEqual({ kind: "no_stopping_zones", id: "z" });
   expect(elementAt(ROAD, [40, 0.5], 3)).toEqual({ kind: "lanes", id: "a" });
   expect(elementAt(ROAD, [40, 50], 3)).toBeNull();
+});
+
+test("a kerb's nearest point is pulled, and the others stay", () => {
+  const drawn = withKerb(NOTHING, [
+    [0, 5],
+    [10, 5],
+    [20, 5],
+  ]);
+  const next = kerbPulled(drawn, "kerb-1", [10.2, 5.1], [10.2, 7.1]);
+  expect(next.kerbs[0]!.points).toEqual([
+    [0, 5],
+    [10, 7],
+    [20, 5],
+  ]);
+});
+
+test("what is dragged is only shown until it is put down, and is one step then", () => {
+  const state = new EditorState("d");
+  state.elements.value = ROAD;
+  const drag = new ElementDrag(state);
+  expect(drag.grab([150, 30], 2)).toBe(false);
+  expect(drag.grab([70, 0.5], 2)).toBe(true);
+  drag.drag([40, 1]);
+  drag.drag([30, 1]);
+  expect(state.elements.value).toBe(ROAD);
+  expect(state.preview.value!.stops[0]!.s_m).toBe(30);
+  drag.drop();
+  expect(state.elements.value.stops[0]!.s_m).toBe(30);
+  expect(state.preview.value).toBeNull();
+  state.undo();
+  expect(state.elements.value).toBe(ROAD);
+});
+
+test("what is let go goes back", () => {
+  const state = new EditorState("d");
+  state.elements.value = ROAD;
+  const drag = new ElementDrag(state);
+  drag.grab([50, 0], 2);
+  drag.drag([50, 6]);
+  expect(lane(state.preview.value!, "a").points[50]).toEqual([50, 6]);
+  drag.letGo();
+  drag.drop();
+  expect(state.elements.value).toBe(ROAD);
+  expect(state.can_undo.value).toBe(false);
 });

@@ -204,6 +204,18 @@ export function withKerb(elements: Elements, clicked: readonly Point[]): Element
   });
 }
 
+/** The kerb with its point that is nearest to `from` moved by as much as `to` is away from it. */
+export function kerbPulled(elements: Elements, kerb_id: string, from: Point, to: Point): Elements {
+  const kerb = elements.kerbs.find((one) => one.kerb_id === kerb_id);
+  if (kerb === undefined) return elements;
+  const away_m = kerb.points.map(([x, y]) => Math.hypot(x - from[0], y - from[1]));
+  const nearest = away_m.indexOf(Math.min(...away_m));
+  const points = kerb.points.map(([x, y], index): [number, number] =>
+    index === nearest ? [round(x + to[0] - from[0], 2), round(y + to[1] - from[1], 2)] : [x, y],
+  );
+  return withElement(elements, "kerbs", { ...kerb, points });
+}
+
 function nearestEnd(lanes: readonly Lane[], at: Point, which: 0 | -1): Lane | null {
   let [best, best_m]: [Lane | null, number] = [null, JOIN_REACH_M];
   for (const lane of lanes) {

@@ -110,7 +110,7 @@ export const en = {
   },
   tool_hints: {
     select: "Click an element to choose it.",
-    move: "Choose a lane or stop. Click the place to take hold of, then where it goes.",
+    move: "Drag a lane, a stop or a kerb to where it goes. Or choose it, click the place to take hold of, then where it goes.",
     lane: "Click place after place in the direction of travel, then finish. Ends near a lane are joined.",
     split: "Choose a lane, then click where to cut it.",
     stop: "Click a road where shuttles stop.",

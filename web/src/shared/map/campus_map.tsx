@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import type { CampusGeometry } from "../campus/campus_geometry";
 import type { Point } from "../scene/scene";
 import { FitIcon, FollowIcon, MinusIcon, PlusIcon } from "../ui/icons";
-import type { MapContent, MapSelection } from "./map_content";
+import type { MapContent, MapDrag, MapSelection } from "./map_content";
 import { MapView } from "./map_view";
 
 export interface MapTexts {
@@ -22,6 +22,8 @@ interface CampusMapProps {
   readonly focus_key: string;
   readonly attribution: string;
   readonly onSelect: (selection: MapSelection) => void;
+  /** What can be dragged; without it dragging moves the camera. */
+  readonly drag?: MapDrag | null;
   /** Shows a button that makes the camera follow the selected shuttle. */
   readonly followable?: boolean;
 }
@@ -40,6 +42,7 @@ export function CampusMap(props: CampusMapProps) {
   useEffect(() => {
     const created = new MapView(canvas.current!, {
       selected: (selection) => latest.current.onSelect(selection),
+      drag: () => latest.current.drag ?? null,
       cameraMoved: () => {
         camera_moved.current = true;
         setFollowing(false);

@@ -35,8 +35,19 @@ export type MapSelection =
   /** `reach_m`: how far a finger or a mouse may miss what is meant. */
   | { readonly kind: "ground"; readonly at: Point; readonly reach_m: number };
 
+/** Dragging things of the map. All places are in map metres. */
+export interface MapDrag {
+  /** Whether something is taken hold of at this place. */
+  grab(at: Point, reach_m: number): boolean;
+  drag(at: Point): void;
+  drop(): void;
+  letGo(): void;
+}
+
 export interface MapEvents {
   selected(selection: MapSelection): void;
+  /** What can be dragged now; null: nothing, and dragging moves the camera. */
+  drag(): MapDrag | null;
   /** The user moved the camera: following and fitting end. */
   cameraMoved(): void;
 }

@@ -71,6 +71,12 @@ export class MapView {
         size: () => this.size,
         cameraMoved: (camera) => this.moveCamera(camera),
         tapped: (x, y, is_touch) => this.events.selected(this.selectionAt(x, y, is_touch)),
+        grabbed: (x, y, is_touch) =>
+          this.events.drag()?.grab(toMap(this.camera, this.size, x, y), this.reach_m(is_touch)) ??
+          false,
+        dragged: (x, y) => this.events.drag()?.drag(toMap(this.camera, this.size, x, y)),
+        dropped: () => this.events.drag()?.drop(),
+        letGo: () => this.events.drag()?.letGo(),
       },
       this.closing.signal,
     );
@@ -266,12 +272,16 @@ export class MapView {
   }
 
   /** The nearest shuttle, or else the nearest stop, or else the ground, within the radius of a finger or a mouse. */
+  private reach_m(is_touch: boolean): number {
+    return (is_touch ? TOUCH_RADIUS_PX : MOUSE_RADIUS_PX) / this.camera.px_per_m;
+  }
+
   private selectionAt(x_px: number, y_px: number, is_touch: boolean): MapSelection {
     const radius_px = is_touch ? TOUCH_RADIUS_PX : MOUSE_RADIUS_PX;
     const ground: MapSelection = {
       kind: "ground",
       at: toMap(this.camera, this.size, x_px, y_px),
-      reach_m: radius_px / this.camera.px_per_m,
+      reach_m: this.reach_m(is_touch),
     };
     if (this.content?.selects_ground === true) return ground;
     const distance_px = (x_m: number, y_m: number) => {

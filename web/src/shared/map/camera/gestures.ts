@@ -7,6 +7,13 @@ export interface GestureTarget {
   /** The user moved the camera. */
   cameraMoved(camera: Camera): void;
   tapped(x_px: number, y_px: number, is_touch: boolean): void;
+  /** Whether something is taken hold of there; if so, one finger or the mouse drags it and not the map. */
+  grabbed(x_px: number, y_px: number, is_touch: boolean): boolean;
+  dragged(x_px: number, y_px: number): void;
+  /** It is put down where it was dragged to last. */
+  dropped(): void;
+  /** It goes back to where it was: a second finger came, or the browser took the gesture for itself. */
+  letGo(): void;
 }
 
 interface PointerPosition {
@@ -18,11 +25,12 @@ const TAP_PX = 8;
 const KEY_PAN_PX = 60;
 const KEY_ZOOM = 1.4;
 
-/** Pans with one finger, the mouse or arrow keys; zooms with two fingers, the wheel or the keys + and -. Enter taps the centre. */
+/** Pans or drags with one finger or the mouse, and pans with arrow keys; zooms with two fingers, the wheel or the keys + and -. Enter taps the centre. */
 export class Gestures {
   private readonly pointers = new Map<number, PointerPosition>();
   private travelled_px = 0;
   private pinched = false;
+  private holding = false;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -33,19 +41,22 @@ export class Gestures {
     canvas.addEventListener("pointerdown", this.down, on);
     canvas.addEventListener("pointermove", this.move, on);
     canvas.addEventListener("pointerup", this.up, on);
-    canvas.addEventListener("pointercancel", this.release, on);
+    canvas.addEventListener("pointercancel", this.cancel, on);
     canvas.addEventListener("wheel", this.wheel, { signal: closing, passive: false });
     canvas.addEventListener("keydown", this.key, on);
   }
 
   private readonly down = (event: PointerEvent): void => {
     this.canvas.setPointerCapture(event.pointerId);
-    this.pointers.set(event.pointerId, this.at(event));
+    const { x, y } = this.at(event);
+    this.pointers.set(event.pointerId, { x, y });
     if (this.pointers.size === 1) {
       this.travelled_px = 0;
       this.pinched = false;
+      this.holding = event.button === 0 && this.target.grabbed(x, y, event.pointerType !== "mouse");
     } else {
       this.pinched = true;
+      this.letGo();
     }
   };
 
@@ -58,21 +69,35 @@ export class Gestures {
     this.pointers.set(event.pointerId, now);
     this.travelled_px += Math.hypot(dx, dy);
     if (other !== undefined) this.pinch(last, now, other);
-    else if (this.travelled_px > TAP_PX)
-      this.target.cameraMoved(panCamera(this.target.camera(), dx, dy));
+    else if (this.travelled_px <= TAP_PX) return;
+    else if (this.holding) this.target.dragged(now.x, now.y);
+    else this.target.cameraMoved(panCamera(this.target.camera(), dx, dy));
   };
 
   private readonly up = (event: PointerEvent): void => {
-    const was_tap = this.pointers.size === 1 && !this.pinched && this.travelled_px <= TAP_PX;
-    this.release(event);
+    const was_single = this.pointers.size === 1 && !this.pinched;
+    const was_tap = was_single && this.travelled_px <= TAP_PX;
+    this.pointers.delete(event.pointerId);
+    if (this.holding && !was_tap) {
+      this.holding = false;
+      this.target.dropped();
+    }
     if (!was_tap) return;
+    this.letGo();
     const { x, y } = this.at(event);
     this.target.tapped(x, y, event.pointerType !== "mouse");
   };
 
-  private readonly release = (event: PointerEvent): void => {
+  private readonly cancel = (event: PointerEvent): void => {
     this.pointers.delete(event.pointerId);
+    this.letGo();
   };
+
+  private letGo(): void {
+    if (!this.holding) return;
+    this.holding = false;
+    this.target.letGo();
+  }
 
   private readonly wheel = (event: WheelEvent): void => {
     event.preventDefault();
