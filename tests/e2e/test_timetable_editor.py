@@ -30,6 +30,10 @@ def fill_trip(page: Page, trip_id: str, *calls: tuple[str, str]) -> None:
     page.get_by_role("button", name="Keep the trip").click()
 
 
+def preview(page: Page) -> None:
+    page.locator(".timetable-editor").get_by_role("button", name="Preview").click()
+
+
 def publish_as_another(server: ServerProcess, trips: list[object], revision: int) -> None:
     headers = {"If-Match": str(revision)}
     answer = server.http.put("/service/trips", json={"trips": trips}, headers=headers)
@@ -45,19 +49,19 @@ def test_a_timetable_is_edited_previewed_and_published_and_no_version_is_lost(
     sign_in(page)
     page.get_by_role("button", name="Edit the timetable").click()
     fill_trip(page, "evening-1", ("Main Library", f"{hour}:30"), ("Gymnasium", f"{hour}:10"))
-    page.get_by_role("button", name="Preview").click()
+    preview(page)
     expect(page.get_by_text("no later than")).to_be_visible()
     trip = page.locator("[data-edited-trip='evening-1']")
     trip.get_by_role("button", name="Edit").click()
     page.get_by_label("Leaves stop 2 at").fill(f"{hour}:31")
     page.get_by_role("button", name="Keep the trip").click()
-    page.get_by_role("button", name="Preview").click()
+    preview(page)
     expect(page.get_by_text("Shuttles are late here, because driving takes longer:")).to_be_visible()
     expect(page.get_by_text("the trip gives 1 min")).to_be_visible()
     trip.get_by_role("button", name="Edit").click()
     page.get_by_label("Leaves stop 2 at").fill(f"{hour}:45")
     page.get_by_role("button", name="Keep the trip").click()
-    page.get_by_role("button", name="Preview").click()
+    preview(page)
     effect = page.locator("[data-timetable-effect]")
     expect(effect).to_contain_text("New trips: evening-1")
     expect(effect).to_contain_text("No departure of the coming hour is affected.")
@@ -65,13 +69,13 @@ def test_a_timetable_is_edited_previewed_and_published_and_no_version_is_lost(
     page.get_by_role("button", name="Publish", exact=True).click()
     expect(page.get_by_text("Nothing was overwritten")).to_be_visible()
     page.get_by_role("button", name="Publish mine after theirs").click()
-    page.get_by_role("button", name="Preview").click()
+    preview(page)
     page.get_by_role("button", name="Publish", exact=True).click()
     expect(page.locator("[data-trip='evening-1']")).to_contain_text(f"{hour}:30")
     page.get_by_role("button", name="Edit the timetable").click()
     page.get_by_text("Earlier versions").click()
     page.get_by_role("button", name="Take the map’s").click()
-    page.get_by_role("button", name="Preview").click()
+    preview(page)
     expect(effect).to_contain_text("Removed trips: evening-1")
     page.get_by_role("button", name="Publish", exact=True).click()
     expect(page.locator("[data-trip='evening-1']")).to_have_count(0)
@@ -96,7 +100,7 @@ def test_trips_whose_stop_the_new_map_lacks_are_named_where_the_timetable_is_edi
     sign_in(page)
     page.get_by_role("button", name="Edit the timetable").click()
     fill_trip(page, "evening-2", ("Main Library", f"{hour}:30"), ("Gymnasium", f"{hour}:45"))
-    page.get_by_role("button", name="Preview").click()
+    preview(page)
     page.get_by_role("button", name="Publish", exact=True).click()
     expect(page.locator("[data-trip='evening-2']")).to_be_visible()
     draft = server.change("POST", "/maps/drafts", {"name": "Without the gymnasium"})

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 from campusloop.cli import app_of
@@ -38,7 +40,11 @@ def test_each_kind_of_sensor_has_a_process(tmp_path: Path) -> None:
     assert both == ["lidars shuttle-7", "receivers shuttle-7"]
 
 
-def test_an_agent_whose_sensors_cannot_be_read_does_not_start(tmp_path: Path) -> None:
+def test_an_agent_whose_sensors_cannot_be_read_does_not_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The console of long commands sets the log of the whole process, which other tests read.
+    monkeypatch.setattr("campusloop.commands.agent.journal_console", lambda **_options: Console())
     place = a_vehicle(tmp_path, LIDAR.replace("udp:2368", "usb"))
     ran = CliRunner().invoke(app_of(["agent"]), ["agent", "run", str(place.folder)])
     assert ran.exit_code == 2
