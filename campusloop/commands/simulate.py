@@ -3,6 +3,7 @@
 With --km it drives whole campuses in virtual time and prints Table 2 of the Snow Lion paper for them.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -11,17 +12,34 @@ from rich.console import Console
 
 from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
+from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_campus
 from campusloop.live.simulation import simulate_vehicles
-from campusloop.scenes.stacks import profile_of
-from campusloop.shipped import SHIPPED_MAPS
+from campusloop.scenes.stacks import PROFILE_OF_STACK, profile_of
+from campusloop.shipped import PROFILES, SHIPPED_MAPS
+from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError
 from simulator.live.ports import BASE_PORT
 from simulator.sensors.scene_lidars import scene_of_run
 from vehicle_agent.config import ProfileError
 
 _CONTACTS, _BAD_INPUT = 1, 2
+
+
+@dataclass(frozen=True, slots=True)
+class _LocalizedBy:
+    localization: Localization
+    point_map: Path | None
+    scene: bool
+    campus_sky: bool
+
+    def point_map_of(self, stack: str, campus_map: Path) -> Path | None:
+        """Raises ProfileError, LocalizationMapError, MapError."""
+        profile = chosen_profile(self.localization, PROFILES / PROFILE_OF_STACK.get(stack, ""))
+        return chosen_point_map(
+            self.localization, self.point_map, campus_map, has_scene=self.scene, profile=profile
+        )
 
 
 def simulate(
@@ -53,13 +71,27 @@ def simulate(
         typer.Option("--scene", help="hills, kerbs, trees, parked vehicles, and lidars that see them"),
     ] = False,
     shift_s: Annotated[float, typer.Option(min=60.0, help="with --km: virtual time of one shift")] = 3600.0,
+    localization: Annotated[
+        Localization, typer.Option(help="with --km: by GNSS, or by scans on a map (needs --scene)")
+    ] = Localization.GNSS,
+    point_map: Annotated[
+        Path | None, typer.Option(help="with --localization scans: the map's folder; needs --map")
+    ] = None,
+    campus_sky: Annotated[
+        bool, typer.Option("--campus-sky", help="with --km: buildings hide and reflect satellites")
+    ] = False,
 ) -> None:
     """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
     console = Console()
     if km > 0.0:
         maps = SHIPPED_MAPS if map_path is None else (map_path,)
-        _drive_km(console, maps, stack, km, seed, workers, cluster, shift_s, out, plant_seed)
+        if point_map is not None and map_path is None:
+            _refuse(console, "a point map is of one campus: name it with --map")
+        by = _LocalizedBy(localization, point_map, scene, campus_sky)
+        _drive_km(console, maps, stack, km, seed, workers, cluster, shift_s, out, plant_seed, by)
         return
+    if localization is not Localization.GNSS or point_map is not None or campus_sky:
+        _refuse(console, "agents localize the vehicles; these options are for drives with --km")
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
     ensure_kernels(SIMULATOR)
@@ -89,18 +121,34 @@ def _drive_km(
     shift_s: float,
     out: Path | None,
     plant_seed: int | None,
+    localized: _LocalizedBy,
 ) -> None:
     """Exit 1 if there was a contact."""
     # This imports a whole campus with its server, which the simulation in real time does not need.
-    from campusloop.studies.endurance.endurance_run import log_errors_only
+    from campusloop.studies.endurance.endurance_run import Surroundings, log_errors_only
     from campusloop.studies.endurance.ride_quality_report import NoDistanceDriven, report_km
 
     places = tuple(path.absolute() for path in maps)
     try:
-        ensure_kernels(for_campus(profile_of(stack).stack))
+        driven = profile_of(stack).stack
+        by_scans = localized.localization is Localization.SCANS
+        surroundings = {
+            place: Surroundings(localized.scene, localized.campus_sky, localized.point_map_of(stack, place))
+            for place in places
+        }
+        ensure_kernels(for_campus(driven, by_scans=by_scans))
         with open_campaign(cluster, workers, log_errors_only, places) as campaign:
-            contacts = report_km(console, campaign, places, stack, km, seed, shift_s, out, plant_seed)
-    except (MapError, ProfileError, NoDistanceDriven, CampaignError, OSError) as error:
+            contacts = report_km(
+                console, campaign, places, stack, km, seed, shift_s, out, plant_seed, surroundings
+            )
+    except (
+        MapError,
+        ProfileError,
+        LocalizationMapError,
+        NoDistanceDriven,
+        CampaignError,
+        OSError,
+    ) as error:
         _refuse(console, str(error))
     if contacts:
         raise typer.Exit(_CONTACTS)

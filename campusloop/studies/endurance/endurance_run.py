@@ -6,7 +6,7 @@ people. Shifts run in parallel on the available cores, and a seed repeats all of
 
 import logging
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
@@ -26,6 +26,7 @@ from contract.geometry import Array
 from contract.roads.load import load_map
 from contract.wire.messages import Blocked, ModeChanged
 from simulator.scoring.ride_quality import Stretch, stretch
+from simulator.sensors.scene_lidars import scene_of_run
 
 SHIFT_S = 3600.0
 _VEHICLES = 2
@@ -37,6 +38,20 @@ _WORK_BEGINS_S = 8 * 3600
 
 
 @dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the shuttles see of a campus, and what they localize by.
+
+    scene       hills, kerbs, trees and parked vehicles of the shift's seed; otherwise walls on a plane
+    campus_sky  buildings hide satellites and reflect their signals
+    point_map   the folder of the map that they compare their scans with; None: GNSS/INS alone
+    """
+
+    scene: bool = False
+    campus_sky: bool = False
+    point_map: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class EnduranceShift:
     map_path: Path
     stack: str
@@ -44,11 +59,16 @@ class EnduranceShift:
     number: int
     duration_s: float = SHIFT_S
     plant_seed: int | None = None
+    surroundings: Surroundings = Surroundings()
 
 
 @dataclass(slots=True)
 class ShiftFigures:
-    """The figures of all shuttles in one shift. takeovers: why an operator would have had to take over."""
+    """The figures of all shuttles in one shift.
+
+    takeovers          why an operator would have had to take over
+    position_errors_m  of each tick in which a shuttle says that it knows where it is
+    """
 
     shift: EnduranceShift
     distance_m: float = 0.0
@@ -57,11 +77,12 @@ class ShiftFigures:
     contacts: int = 0
     takeovers: list[str] = field(default_factory=list)
     rides_completed: int = 0
+    position_errors_m: list[float] = field(default_factory=list)
 
 
 def run_shift(shift: EnduranceShift) -> ShiftFigures:
     """Run one campus for the shift's duration; its run logs are deleted."""
-    road_map, profile = load_map(shift.map_path), profile_of(shift.stack)
+    road_map, profile, around = load_map(shift.map_path), profile_of(shift.stack), shift.surroundings
     zone = ZoneInfo(road_map.timezone)
     starts = sorted({trip.calls[0][1] // 7200 * 7200 for trip in road_map.timetable}) or [_WORK_BEGINS_S]
     midnight = datetime(2026, 9, 1, tzinfo=zone) + timedelta(days=shift.number // len(starts))
@@ -75,6 +96,9 @@ def run_shift(shift: EnduranceShift) -> ShiftFigures:
             profile=profile,
             begins=begins.astimezone(UTC),
             plant_seed=shift.plant_seed,
+            scene=scene_of_run(shift.seed) if around.scene else None,
+            campus_sky=around.campus_sky,
+            point_map=around.point_map,
         )
         campus = VirtualCampus(options)
         campus.start()
@@ -131,6 +155,7 @@ class _Monitor:
             self._cut(name)
             out.distance_m += self._campus.world.truth(name).odometer_m - self._odometer_m[name]
             out.plan_ms += vehicle.wired.plan_cpu_ms
+            out.position_errors_m += vehicle.position_errors_m
             out.contacts += self._campus.world.score(name).contacts
             for now_ns, event in vehicle.happened:
                 at = f"{shift.map_path.parent.name} shift {shift.number} {name} {now_ns / 1e9:.0f} s"
@@ -165,10 +190,12 @@ def drive_km(
     shift_s: float,
     report: Callable[[ShiftFigures, float], None],
     plant_seed: int | None = None,
+    surroundings: Mapping[Path, Surroundings] | None = None,
 ) -> list[ShiftFigures]:
     """Run shifts on the maps in turn until km are driven; report: called after each, with the km so far.
 
     plant_seed: of the first shift's dynamics, the next shift has the next one; None: nominal ones
+    surroundings: by the map's path; walls on a plane, and GNSS, where they do not have it
 
     The shifts do not depend on the number of workers: one that was begun needlessly is left out.
 
@@ -182,6 +209,7 @@ def drive_km(
             begun // len(maps),
             shift_s,
             None if plant_seed is None else plant_seed + begun,
+            (surroundings or {}).get(maps[begun % len(maps)], Surroundings()),
         )
         for begun in count()
     )

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from rich.table import Table
 
 from campusloop.campaigns.campaign import Campaign
 from campusloop.scenes.stacks import profile_of
-from campusloop.studies.endurance.endurance_run import ShiftFigures, drive_km
+from campusloop.studies.endurance.endurance_run import ShiftFigures, Surroundings, drive_km
 from contract.roads.load import load_map
 from simulator.scoring.ride_quality import RideQuality, ride_quality
 
@@ -29,13 +30,20 @@ _PAPER = {
     "km between a <= -1 m/s2": "0.77",
     "km between takeovers": "13.34",
     "planning p95 ms": "85.1",
+    "position error cm, RMS": "-",
+    "position error cm, 99 %": "-",
     "contacts": "-",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """The figures of all shifts. takeover_km: None without takeovers; plan_ms_p95: None without a planner."""
+    """The figures of all shifts.
+
+    takeover_km     None without takeovers
+    plan_ms_p95     None without a planner
+    position_rms_m, position_p99_m  None where no shuttle ever knew where it is
+    """
 
     quality: RideQuality
     shifts: int
@@ -45,6 +53,8 @@ class Summary:
     takeovers: tuple[str, ...]
     takeover_km: float | None
     plan_ms_p95: float | None
+    position_rms_m: float | None = None
+    position_p99_m: float | None = None
 
 
 class NoDistanceDriven(Exception):
@@ -61,6 +71,7 @@ def report_km(
     shift_s: float,
     out: Path | None,
     plant_seed: int | None = None,
+    surroundings: Mapping[Path, Surroundings] | None = None,
 ) -> int:
     """Drive, print and write (see `drive_km`). Returns the number of contacts.
 
@@ -81,7 +92,7 @@ def report_km(
             soft_wrap=True,
         )
 
-    shifts = drive_km(campaign, maps, stack, km, seed, shift_s, report, plant_seed)
+    shifts = drive_km(campaign, maps, stack, km, seed, shift_s, report, plant_seed, surroundings)
     summary = summary_of(shifts)
     if summary is None:
         raise NoDistanceDriven("nothing was driven in these shifts; give them more time (--shift-s)")
@@ -99,6 +110,7 @@ def summary_of(shifts: list[ShiftFigures]) -> Summary | None:
     takeovers = tuple(text for figures in shifts for text in figures.takeovers)
     odometer_km = sum(figures.distance_m for figures in shifts) / 1000.0
     plan_ms = [value for figures in shifts for value in figures.plan_ms]
+    errors_m = np.array([value for figures in shifts for value in figures.position_errors_m])
     return Summary(
         quality,
         len(shifts),
@@ -108,6 +120,8 @@ def summary_of(shifts: list[ShiftFigures]) -> Summary | None:
         takeovers,
         odometer_km / len(takeovers) if takeovers else None,
         float(np.percentile(plan_ms, 95)) if plan_ms else None,
+        float(np.sqrt(np.mean(errors_m**2))) if len(errors_m) else None,
+        float(np.percentile(errors_m, 99)) if len(errors_m) else None,
     )
 
 
@@ -124,6 +138,8 @@ def print_table(console: Console, summary: Summary) -> None:
         "km between a <= -1 m/s2": _or_none(quality.braking_km),
         "km between takeovers": _or_none(summary.takeover_km),
         "planning p95 ms": _or_none(summary.plan_ms_p95),
+        "position error cm, RMS": _in_cm(summary.position_rms_m),
+        "position error cm, 99 %": _in_cm(summary.position_p99_m),
         "contacts": str(summary.contacts),
     }
     table = Table(title=f"Table 2, over {summary.odometer_km:.1f} km", title_justify="left")
@@ -191,6 +207,10 @@ def _histogram(
     axes.legend()
     FigureCanvasAgg(figure)
     figure.savefig(path, dpi=150)
+
+
+def _in_cm(value_m: float | None) -> str:
+    return _or_none(None if value_m is None else 100.0 * value_m)
 
 
 def _or_none(value: float | None) -> str:

@@ -31,7 +31,17 @@ def test_takeovers_and_contacts_of_all_shifts_are_counted() -> None:
     assert summary.odometer_km == pytest.approx(0.4)
     assert summary.takeover_km == pytest.approx(0.2)
     assert summary.contacts == 1
+    assert summary.position_rms_m is None
     assert summary_of([]) is None
+
+
+def test_position_errors_of_all_shifts_are_one_figure() -> None:
+    summary = summary_of(
+        [figures(position_errors_m=[0.03] * 50), figures(position_errors_m=[0.0] * 49 + [0.4])]
+    )
+    assert summary is not None
+    assert summary.position_rms_m == pytest.approx(np.sqrt((50 * 0.03**2 + 0.4**2) / 100))
+    assert summary.position_p99_m == pytest.approx(0.03, abs=0.005)
 
 
 def test_files_and_plots_are_written(tmp_path: Path) -> None:
@@ -53,6 +63,23 @@ def test_bad_options_are_refused() -> None:
     assert unknown.exit_code == 2
     assert "ghost" in unknown.output
     assert CliRunner().invoke(app, ["simulate"]).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--km", "1", "--localization", "scans", "--stack", "nus"], "needs --scene"),
+        (["--km", "1", "--localization", "scans", "--scene", "--stack", "gem"], "does not localize by scans"),
+        (["--km", "1", "--localization", "scans", "--scene", "--stack", "nus", "--map", str(MAP)], "no map"),
+        (["--km", "1", "--point-map", "somewhere"], "name it with --map"),
+        (["--km", "1", "--point-map", "somewhere", "--map", str(MAP)], "is for --localization scans"),
+        (["--map", str(MAP), "--localization", "scans"], "agents localize the vehicles"),
+    ],
+)
+def test_what_shuttles_cannot_localize_by_is_refused(options: list[str], says: str) -> None:
+    refused = CliRunner().invoke(app_of(("simulate",)), ["simulate", *options])
+    assert refused.exit_code == 2
+    assert says in refused.output.replace("\n", " ")
 
 
 @pytest.mark.long
