@@ -138,8 +138,8 @@ def _walk_console(page: Page, server: ServerProcess, shown: Shown) -> None:
     page.locator(".row").first.click()
     page.locator(".vehicle").wait_for()
     shown("vehicle")
-    page.locator("details.recording summary").first.click()
-    page.locator("details.recording summary").last.click()
+    for summary in page.locator("details.recording summary").all():
+        summary.click()
     page.get_by_role("button", name=re.compile("^(Show what it sees|显示车辆所见)$")).click()
     page.locator(".st-graph").wait_for()
     shown("vehicle-scene")
