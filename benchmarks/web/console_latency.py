@@ -17,6 +17,7 @@ from tests.e2e.server_process import ServerProcess
 from vehicle_agent.link.bridge import TickUpdate
 
 SHOWN = "Emergency stop"
+SETTLED_MS = 600
 # Resolves with the time of the first frame that is painted with the text: the callback after the next frame runs
 # when that one is on its way to the screen.
 _PAINTED = """(text) => new Promise((resolve) => {
@@ -55,8 +56,11 @@ def event_to_pixel(
 
 
 def _one_ms(page: Page, server: ServerProcess, shuttle: ScriptedShuttle, sent_ms: list[float]) -> float:
-    sent_ms.clear()
     expect(page.get_by_text(SHOWN)).to_have_count(0, timeout=20_000)
+    # The resume is told before the shuttle's next status, which for a moment says the stop again.
+    page.wait_for_timeout(SETTLED_MS)
+    expect(page.get_by_text(SHOWN)).to_have_count(0, timeout=20_000)
+    sent_ms.clear()
     page.evaluate(f"void (window.__painted = ({_PAINTED})({SHOWN!r}))")
     shuttle.stop_with_fault("lidar_blind")
     painted_ms = float(page.evaluate("window.__painted"))
