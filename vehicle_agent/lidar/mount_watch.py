@@ -1,7 +1,8 @@
 """Whether a lidar still is where it was calibrated: the road under the vehicle tells. Pure.
 
 The vehicle stands on the plane z = 0 of its own frame, and so does the road around it, but for crests, dips
-and what the springs give. Over a minute these cancel; a lidar that was knocked sees the road elsewhere.
+and what the springs give. While it drives these cancel over a minute; a lidar that was knocked sees the road
+elsewhere. A vehicle that stands before a ramp sees the same: this is a word to people, no reason to stop.
 """
 
 import math
@@ -24,7 +25,6 @@ class MountLimits(msgspec.Struct, frozen=True):
     turns                whose median counts; fewer than turns_min say nothing
     together_m, together_rad, together_share  so many of them must say nearly the same
     tilt_rad, height_m   beyond these a lidar is called moved
-    tilt_rad_max, height_m_max  beyond these it is not used any more
     """
 
     near_m: float = 2.5
@@ -46,21 +46,17 @@ class MountLimits(msgspec.Struct, frozen=True):
     together_share: float = 0.7
     tilt_rad: float = 0.03
     height_m: float = 0.1
-    tilt_rad_max: float = 0.07
-    height_m_max: float = 0.25
 
 
 class MountDrift(msgspec.Struct, frozen=True):
     """By how much a lidar seems to have moved, medians in the vehicle's frame.
 
     height_m  upwards; roll_rad to the right side down, pitch_rad nose down (REP-103)
-    is_bad    so far that its points must not be used
     """
 
     height_m: float
     roll_rad: float
     pitch_rad: float
-    is_bad: bool
 
 
 # Triples that are tried, and points that they are tried on.
@@ -105,8 +101,7 @@ class MountWatch:
         tilt_rad, height_m = math.hypot(pitch_rad, roll_rad), -float(up_m)
         if tilt_rad <= limits.tilt_rad and abs(height_m) <= limits.height_m:
             return None
-        is_bad = tilt_rad > limits.tilt_rad_max or abs(height_m) > limits.height_m_max
-        return MountDrift(height_m, roll_rad, pitch_rad, is_bad)
+        return MountDrift(height_m, roll_rad, pitch_rad)
 
 
 def ground_plane(points_base: np.ndarray, limits: MountLimits, seed: int = 0) -> Array | None:

@@ -11,7 +11,7 @@ from vehicle_agent.lidar.plausibility import CloudLimits, cloud_faults
 from vehicle_agent.signals.point_cloud import PointCloud
 
 # Why a lidar is missing in a scan, besides the codes of `plausibility`.
-SILENT, MOVED = "silent", "moved"
+SILENT = "silent"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +34,7 @@ class RigScan:
     points_base  (n, 3) float32; intensities (n,) float32
     missing      lidars that are not in it, by the code of what is wrong
     is_blind     a required one is among them: the scan has no points
-    drifts       lidars that are not where they were calibrated
+    drifts       lidars that seem not to be where they were calibrated; their points are in it all the same
     """
 
     stamp_ns: int
@@ -49,8 +49,8 @@ class LidarRig:
     """Takes the turns of all lidars, and gives a scan with each turn of the first one that is there.
 
     The other lidars' newest turns go with it. A turn that no working lidar gives is not used. A lidar whose
-    last usable turn is older than `age_ns_max` is missing, and one that has moved too far. Vehicles move
-    between the turns that are put together, by up to a turn's time; that is left in.
+    last usable turn is older than `age_ns_max` is missing. Vehicles move between the turns that are put
+    together, by up to a turn's time; that is left in.
     """
 
     def __init__(
@@ -75,9 +75,6 @@ class LidarRig:
             return None
         self._wrong.pop(name, None)
         self._watch(name, cloud)
-        if name in self._drifts and self._drifts[name].is_bad:
-            self._wrong[name] = MOVED
-            return None
         end_ns = cloud.stamp_ns + int(cloud.offsets_ns.max())
         self._newest[name] = (end_ns, cloud)
         return self._scan(end_ns) if name == self._leading(end_ns) else None

@@ -120,9 +120,7 @@ class GnssReceiver:
                 std_m = max(float(gst.stdLat), float(gst.stdLong))
             return Solution(
                 _nmea_utc_ns(rmc), float(gga.lat), float(gga.lon), _MPS_PER_KNOT * float(rmc.spd or 0.0),
-                math.radians(float(rmc.cog)) if rmc.cog not in ("", None) else None,
-                math.radians(float(hdt.headingT)) if hdt is not None and hdt.headingT not in ("", None) else
-                None, std_m,
+                _angle_rad(rmc.cog), None if hdt is None else _angle_rad(hdt.headingT), std_m,
             )  # fmt: skip
         except (TypeError, ValueError):
             # An empty field where a number is due: the receiver has no solution, whatever its flags say.

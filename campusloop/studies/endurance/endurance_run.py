@@ -33,6 +33,7 @@ _VEHICLES = 2
 _RIDES_EVERY_S = 150.0
 _RIDE_M_MAX = 2000.0
 _RESUME_AFTER_S = 15.0
+_ERROR_TICKS = 50
 # With a timetable, shifts begin with its periods; otherwise with the working day.
 _WORK_BEGINS_S = 8 * 3600
 
@@ -67,7 +68,7 @@ class ShiftFigures:
     """The figures of all shuttles in one shift.
 
     takeovers          why an operator would have had to take over
-    position_errors_m  of each tick in which a shuttle says that it knows where it is
+    position_errors_m  of shuttles that say that they know where they are, once a second
     """
 
     shift: EnduranceShift
@@ -155,7 +156,8 @@ class _Monitor:
             self._cut(name)
             out.distance_m += self._campus.world.truth(name).odometer_m - self._odometer_m[name]
             out.plan_ms += vehicle.wired.plan_cpu_ms
-            out.position_errors_m += vehicle.position_errors_m
+            # All ticks of a thousand kilometres would fill the memory.
+            out.position_errors_m += vehicle.position_errors_m[::_ERROR_TICKS]
             out.contacts += self._campus.world.score(name).contacts
             for now_ns, event in vehicle.happened:
                 at = f"{shift.map_path.parent.name} shift {shift.number} {name} {now_ns / 1e9:.0f} s"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from contract.geometry import Array
 from contract.transforms import transform_of
 from vehicle_agent.lidar.mount_watch import MountDrift, MountLimits, MountWatch, ground_plane
-from vehicle_agent.lidar.rig import MOVED, LidarRig, RigLidar
+from vehicle_agent.lidar.rig import LidarRig, RigLidar, RigScan
 from vehicle_agent.signals.point_cloud import point_cloud
 
 SECOND_NS = 1_000_000_000
@@ -80,14 +80,11 @@ def test_a_knock_is_found_with_its_size_and_direction(
     assert drift is not None
     assert drift.roll_rad == pytest.approx(roll_rad, abs=0.012)
     assert drift.pitch_rad == pytest.approx(pitch_rad, abs=0.012)
-    if tilt_rad > 0.09:
-        assert drift.is_bad
 
 
 def test_a_mast_that_sank_is_found() -> None:
     drift = drift_after(knocked(0.0, 0.0, -0.3), 40)
     assert drift is not None
-    assert drift.is_bad
     assert drift.height_m == pytest.approx(-0.3, abs=0.02)
 
 
@@ -99,20 +96,21 @@ def test_a_place_without_a_road_in_sight_says_nothing() -> None:
     assert ground_plane(np.zeros((3000, 3)), MountLimits()) is None
 
 
-def test_a_lidar_that_hangs_is_left_out_until_it_is_put_back() -> None:
+def test_a_lidar_that_hangs_is_named_until_it_is_put_back_and_seen_by_all_the_while() -> None:
+    """A ramp before a vehicle that stands looks alike: nobody is left without eyes for it."""
     rng, rig = np.random.default_rng(2), LidarRig([RigLidar("roof", MOUNT)])
 
-    def last_after(true_mount: Array, begin: int, turns: int) -> dict[str, str] | None:
-        missing = None
+    def last_after(true_mount: Array, begin: int, turns: int) -> RigScan:
+        scan = None
         for turn in range(begin, begin + turns):
             points = seen(a_street(rng), true_mount)
             scan = rig.add("roof", point_cloud(turn * SECOND_NS, points, rng.uniform(0, 200, len(points))))
-            if scan is None:
-                scan = rig.silence((turn + 1) * SECOND_NS)
-            missing = missing if scan is None else scan.missing
-        return missing
+        assert scan is not None
+        assert not scan.is_blind
+        assert scan.missing == {}
+        return scan
 
-    assert last_after(MOUNT, 0, 60) == {}
-    hanging = knocked(0.0, 0.15, -0.1)
-    assert last_after(hanging, 60, 55) == {"roof": MOVED}
-    assert last_after(MOUNT, 115, 55) == {}
+    assert last_after(MOUNT, 0, 60).drifts == {}
+    drift = last_after(knocked(0.0, 0.15, -0.1), 60, 55).drifts["roof"]
+    assert drift.pitch_rad == pytest.approx(0.15, abs=0.015)
+    assert last_after(MOUNT, 115, 55).drifts == {}

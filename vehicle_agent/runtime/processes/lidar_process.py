@@ -87,14 +87,13 @@ class LidarProcess:
 
     def _tell_moved(self, drifts: dict[str, MountDrift]) -> None:
         for name, drift in drifts.items():
-            if name not in self._moved or self._moved[name].is_bad != drift.is_bad:
+            if name not in self._moved:
                 log.warning(
                     "lidar.moved",
                     name=name,
                     height_m=round(drift.height_m, 3),
                     roll_deg=round(math.degrees(drift.roll_rad), 2),
                     pitch_deg=round(math.degrees(drift.pitch_rad), 2),
-                    is_used=not drift.is_bad,
                 )
         for name in self._moved.keys() - drifts.keys():
             log.info("lidar.in_place", name=name)
