@@ -124,7 +124,7 @@ def _false_alarms(one: ScanDrive) -> int:
 
 
 def _summary(drives: list[tuple[ScanConditions, ScanDrive]]) -> dict[str, float]:
-    """Of all drives together. Errors, deviations and alarms: of those whose estimate nobody kidnapped."""
+    """Of all drives together; errors, deviations and alarms without the kidnapped drives."""
     free = [one for conditions, one in drives if not conditions.kidnaps]
     errors = np.concatenate([one.drive.error_m[_settled(one)] for one in free])
     nees = np.concatenate([one.drive.nees[_settled(one)] for one in free])

@@ -12,7 +12,7 @@ def changed_lanes(before: RoadNetwork, after: RoadNetwork) -> frozenset[str]:
 
     A lane is the same if its line, width, speed limit, kind, passing and scenario tag are, if the same
     sections tile it, and if every lane that it led to still follows it. Conflicts of sections are not
-    compared: they are looked up in the newer map, by whoever grants sections. All lanes have changed if the
+    compared: they are looked up in the newer map when sections are granted. All lanes have changed if the
     map frame has another origin.
     """
     if before.road_map.origin != after.road_map.origin:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import get_context
 
@@ -108,7 +109,9 @@ class ProcessForks:
         return self._pool
 
     def _end_child(self) -> None:
-        os.kill(self._child_pid, signal.SIGKILL)
+        # It may have ended by itself, as when the whole server is killed.
+        with suppress(ProcessLookupError):
+            os.kill(self._child_pid, signal.SIGKILL)
         self.close()
 
 

@@ -112,7 +112,7 @@ async def fork_the_past(
 async def stop_fork(
     fork_id: ForkId, services: InjectedServices, actor: Annotated[Actor, Depends(changing(PREVIEW))]
 ) -> None:
-    """Give up a comparison that this server computes; whoever waits for it gets `fork_stopped`."""
+    """Give up a comparison that this server computes. The request that asked for it gets `fork_stopped`."""
     services.limits.commands.take(actor.account, now_ns(services))
     services.forks.stop(fork_id)
 

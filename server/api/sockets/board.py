@@ -1,4 +1,4 @@
-"""/ws/board/STOP: the board of a stop, whenever it changes. It names no rider, so anybody may watch it."""
+"""/ws/board/STOP: the board of a stop, whenever it changes. It names no rider and needs no token."""
 
 import asyncio
 from urllib.parse import urlsplit, urlunsplit

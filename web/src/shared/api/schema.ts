@@ -2266,7 +2266,7 @@ export interface paths {
         post?: never;
         /**
          * Stop Fork
-         * @description Give up a comparison that this server computes; whoever waits for it gets `fork_stopped`.
+         * @description Give up a comparison that this server computes. The request that asked for it gets `fork_stopped`.
          */
         delete: operations["stop_fork"];
         options?: never;
