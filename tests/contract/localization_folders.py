@@ -16,7 +16,10 @@ TILE_M = 32.0
 def point_map(
     folder: Path, origin: Origin | None, tiles: int = 3, changed: int = 0, moved_m: float = 0.5
 ) -> points.PointMapIndex:
-    """A map of walls in a row of tiles, west and east of the origin. The first `changed` of them differ from those of another such map."""
+    """A map of walls in a row of tiles, west and east of the origin.
+
+    The first `changed` of them differ from those of another such map.
+    """
     surfels = {}
     for number in range(tiles):
         ix = number - 1
