@@ -21,6 +21,7 @@ from tests.server.feeds.roads.shipped import CAMPUS_MAP
 from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.stacks.choice import build_car
 
+# `make soak-maps`: CI has no room for its minute.
 pytestmark = pytest.mark.faults
 
 API = "/api/v1/localization-maps"
