@@ -54,3 +54,21 @@ def test_a_stack_that_compares_no_scans_does_not_start_with_the_wish_for_it(
     ran = CliRunner().invoke(app_of(["agent"]), ["agent", "run", str(files.root)])
     assert ran.exit_code == 2
     assert "does not localize by scans" in ran.output.replace("\n", " ")
+
+
+def test_a_stack_that_compares_no_scans_is_not_enrolled_with_the_wish_for_it(tmp_path: Path) -> None:
+    arguments = {
+        "--server": "http://127.0.0.1:1",
+        "--vehicle-id": "shuttle-7",
+        "--code": "once",
+        "--map": str(DEFAULT_MAP),
+        "--can": "can0",
+        "--scan-ring": str(tmp_path / "scans"),
+    }
+    given = [text for pair in arguments.items() for text in pair]
+    ran = CliRunner().invoke(
+        app_of(["agent"]), ["agent", "enrol", str(tmp_path / "vehicle"), *given, "--by-scans"]
+    )
+    assert ran.exit_code == 2
+    assert "does not localize by scans" in ran.output.replace("\n", " ")
+    assert not (tmp_path / "vehicle" / "vehicle.toml").exists()
