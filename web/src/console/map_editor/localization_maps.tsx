@@ -101,12 +101,14 @@ function VersionRow({ version }: { readonly version: Schemas["LocalizationMapVie
       </span>
       {!version.active && (
         <RoleGate roles={["safety"]}>
-          <button type="button" class="button small" onClick={() => (asks.value = "put")}>
-            {t.put_in_force}
-          </button>
-          <button type="button" class="button small" onClick={() => (asks.value = "remove")}>
-            {t.remove_localization_map}
-          </button>
+          <div class="buttons">
+            <button type="button" class="button small" onClick={() => (asks.value = "put")}>
+              {t.put_in_force}
+            </button>
+            <button type="button" class="button small" onClick={() => (asks.value = "remove")}>
+              {t.remove_localization_map}
+            </button>
+          </div>
         </RoleGate>
       )}
       {asks.value === "put" && (
