@@ -24,6 +24,8 @@ from contract.wire.events import (
     EventsAcknowledged,
     FaultRaised,
     HelpRequested,
+    LocalizationMapFailed,
+    LocalizationMapStored,
     MapChangeFailed,
     ModeChanged,
     RiderAlighted,
@@ -37,6 +39,7 @@ from contract.wire.events import (
     VisitChanged,
 )
 from contract.wire.infrastructure import Presence, PresenceRefused, PresenceReport
+from contract.wire.localization_maps import LocalizationMapPublished
 from contract.wire.maps import MapPublished
 from contract.wire.onboard_scene import LimitAhead, OnboardScene, PathTimes, PathTrack, RoomTime, TickTimes
 from contract.wire.orders import (
@@ -107,6 +110,9 @@ __all__ = (
     "Hello",
     "HelpRequested",
     "LimitAhead",
+    "LocalizationMapFailed",
+    "LocalizationMapPublished",
+    "LocalizationMapStored",
     "LocalizationReport",
     "MapChangeFailed",
     "MapPublished",
@@ -162,5 +168,6 @@ ServerMessage = (
     | Presence
     | EventsAcknowledged
     | MapPublished
+    | LocalizationMapPublished
     | Goodbye
 )

@@ -10,6 +10,7 @@ import msgspec
 
 from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_server, encode
+from contract.wire.localization_maps import LocalizesBy
 from contract.wire.messages import (
     LATER_KINDS,
     PROTOCOL_VERSION,
@@ -22,6 +23,7 @@ from contract.wire.messages import (
     Goodbye,
     Grants,
     Hello,
+    LocalizationMapPublished,
     MapPublished,
     Message,
     OnboardScene,
@@ -54,6 +56,7 @@ class Identity(msgspec.Struct, frozen=True):
 
     boot_id      of the process that numbers events
     run_boot_id  of the run that is recorded, "" if that is the same
+    localizes_by, localization_map  the kind of map that scans are compared with, and which; "" for none
     """
 
     vehicle_id: str
@@ -64,6 +67,8 @@ class Identity(msgspec.Struct, frozen=True):
     seats: int
     wheelchair_places: int
     run_boot_id: str = ""
+    localizes_by: LocalizesBy = ""
+    localization_map: str = ""
 
 
 class VehicleSession:
@@ -87,6 +92,7 @@ class VehicleSession:
         self._outgoing: list[bytes] = []
         self._messages: list[LinkMessage] = []
         self._published: MapPublished | None = None
+        self._published_localization: LocalizationMapPublished | None = None
         self._sent: dict[str, int] = {}
         self._received_ns = 0
         self._probed_ns = 0
@@ -127,6 +133,8 @@ class VehicleSession:
         elif self.is_open and message.epoch == self.epoch:
             if isinstance(message, MapPublished):
                 self._published = message
+            elif isinstance(message, LocalizationMapPublished):
+                self._published_localization = message
             else:
                 self._queue(message)
 
@@ -157,6 +165,11 @@ class VehicleSession:
     def take_published_map(self) -> MapPublished | None:
         """The map that the server has announced last, once for each time."""
         published, self._published = self._published, None
+        return published
+
+    def take_published_localization_map(self) -> LocalizationMapPublished | None:
+        """The localization map that the server has announced last, once for each time."""
+        published, self._published_localization = self._published_localization, None
         return published
 
     # ------------------------------------------------------------ the vehicle's side
@@ -206,6 +219,8 @@ class VehicleSession:
             wheelchair_places=identity.wheelchair_places,
             understands=LATER_KINDS,
             run_boot_id=identity.run_boot_id,
+            localizes_by=identity.localizes_by,
+            localization_map=identity.localization_map,
         )
         self._send(hello)
 

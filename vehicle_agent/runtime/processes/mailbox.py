@@ -14,6 +14,7 @@ import msgspec
 
 from contract.runlog.arrays import dec_hook, enc_hook
 from contract.tracing import Span
+from contract.wire.localization_maps import LocalizationMapFailure
 from contract.wire.maps import MapFailure
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.onboard.cabin_view import CabinView
@@ -93,6 +94,20 @@ class MapAnswer(msgspec.Struct, frozen=True, tag="map_answer"):
     detail: str = ""
 
 
+class LocalizationMapOffer(msgspec.Struct, frozen=True, tag="localization_map_offer"):
+    """To the tick: change over to this map when the vehicle stands; "" withdraws what was offered before."""
+
+    map_version: str
+
+
+class LocalizationMapAnswer(msgspec.Struct, frozen=True, tag="localization_map_answer"):
+    """To the link and the localization worker: this map is in force on the vehicle; or not, and why."""
+
+    map_version: str
+    refusal: LocalizationMapFailure | None = None
+    detail: str = ""
+
+
 Mail = (
     Deliveries
     | Commands
@@ -103,6 +118,8 @@ Mail = (
     | CabinUpdate
     | MapOffer
     | MapAnswer
+    | LocalizationMapOffer
+    | LocalizationMapAnswer
 )
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
