@@ -73,7 +73,7 @@ def warm_tick(profile: Profile) -> None:
 
 
 def warm_standing() -> None:
-    """Warms what localization does once the vehicle has stood for a while, which the drive above never does."""
+    """Warms what localization does once the vehicle has stood for a while: the drive above never does."""
     correct_entry(np.zeros(SIZE), np.eye(SIZE), GYRO_BIAS, 0.01, 1e-4, 9.0)
 
 
