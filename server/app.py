@@ -22,7 +22,6 @@ from server.api.plain_text_errors import PlainTextErrors
 from server.api.request_ids import RequestIds
 from server.api.rides.booking_batcher import BookingBatcher
 from server.api.routers import bare_app
-from server.api.runs.offload import Offload
 from server.api.security.access_watch import AccessWatch
 from server.api.security.client_address import ClientAddresses
 from server.api.security.headers import SecurityHeaders
@@ -46,7 +45,7 @@ from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
 from server.loops.webhooks import WebhookDeliveries
 from server.settings import PREFIX, Settings, SettingsError
-from server.store.segments.choice import open_segment_store
+from server.store.segments.choice import open_segment_store, open_tile_store
 from server.store.segments.segment_store import SegmentStore, SegmentStoreError
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.supervision.standing_tasks import StandingTask
@@ -54,6 +53,7 @@ from server.supervision.supervisor import Supervisor, tell_event_loop
 from server.usecases.planning.forks import Forks
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
+from server.usecases.ports.offload import Offload
 from server.usecases.ports.push import PushSender
 from server.usecases.ports.solver import Solver
 from server.usecases.ports.unit_of_work import Transactions
@@ -187,6 +187,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         bus=ports.bus,
         offload=ports.offload,
         segments=_segments(settings),
+        tiles=_tiles(settings),
         hub=hub,
         presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(
@@ -225,6 +226,13 @@ def _services(settings: Settings, ports: Ports) -> Services:
 def _segments(settings: Settings) -> SegmentStore:
     try:
         return open_segment_store(settings.segments_url, settings.var_dir, settings.segment_bytes_max)
+    except SegmentStoreError as error:
+        raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
+
+
+def _tiles(settings: Settings) -> SegmentStore:
+    try:
+        return open_tile_store(settings.segments_url, settings.var_dir)
     except SegmentStoreError as error:
         raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
 

@@ -30,7 +30,8 @@ list_current_announcements"""
 # By a link; by a code; by a signature: everybody may try, and only the holder gets anything.
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
 ask_for_notices stop_notices get_series cancel_series cancel_series_day"""
-BY_SECRET = "enrol_vehicle put_segment get_map_for_vehicle"
+BY_SECRET = """enrol_vehicle put_segment get_map_for_vehicle get_localization_manifest_for_vehicle
+get_localization_tile_for_vehicle"""
 # For passengers; a token that is sent along must be good for driving.
 BOOKINGS = "book_ride book_series"
 OWN_SESSION = """get_session sign_out choose_password begin_second_factor remove_second_factor
@@ -45,7 +46,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         get_vehicle_shifts list_incidents get_segment list_runs
         get_run get_run_scenes get_run_map get_run_marks get_run_onboard get_scene list_recordings
         get_fleet_past get_fleet_positions get_service_figures
-        get_driving_figures get_metrics list_webhooks list_maps export_map list_map_drafts get_map_draft
+        get_driving_figures get_metrics list_webhooks list_maps list_localization_maps get_localization_map
+        get_localization_manifest get_localization_tile export_map list_map_drafts get_map_draft
         check_map_draft compare_map_draft try_map_draft export_map_draft""",
         frozenset(ROLES),
         "read",
@@ -77,7 +79,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     ),
     (
         """preview_intervention preview_ride_delays mark_recording start_recording stop_recording
-        ask_for_scene fork_the_past stop_fork""",
+        ask_for_scene fork_the_past stop_fork store_localization_map put_localization_tile""",
         frozenset({"dispatcher", "safety"}),
         "drive",
     ),
@@ -88,7 +90,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         "",
     ),
     (
-        "evacuate_vehicle place_vehicle set_vehicle_position publish_map_draft activate_map",
+        """evacuate_vehicle place_vehicle set_vehicle_position publish_map_draft activate_map
+        activate_localization_map remove_localization_map""",
         frozenset({"safety"}),
         "",
     ),
@@ -111,7 +114,7 @@ METHODS: Mapping[str, str] = {
     "resume": "drive",
 }
 REFUSED = ("session_expired", "token_invalid", "scope_missing", "role_missing", "csrf_missing")
-NOTHING = {"day": "2030-01-01", "sha256": 64 * "0", "number": "1"}
+NOTHING = {"day": "2030-01-01", "sha256": 64 * "0", "number": "1", "map_version": 64 * "0"}
 
 
 @dataclass(frozen=True)

@@ -82,28 +82,36 @@ def read_index(folder: Path, origin: Origin | None = None) -> OccupancyTilesInde
     """The index of a map; with an origin, only one of that campus. Raises OccupancyTilesError."""
     path = folder / INDEX
     try:
-        if "voxel_m" in json.loads(path.read_bytes()):
-            raise OccupancyTilesError(
-                f"{folder} is a map of surfaces for lidars; a planar scanner needs an occupancy map."
-            )
-        index = msgspec.json.decode(path.read_bytes(), type=OccupancyTilesIndex)
+        data = path.read_bytes()
     except OSError as error:
         raise OccupancyTilesError(f"{folder} holds no occupancy map: {error.strerror or error}.") from error
-    except (msgspec.MsgspecError, json.JSONDecodeError, UnicodeDecodeError, TypeError) as error:
-        raise OccupancyTilesError(f"{path} is no index of occupancy tiles: {error}.") from error
-    if index.format != FORMAT:
-        raise OccupancyTilesError(f"{path} has format {index.format}, not {FORMAT}.")
-    sizes_fit = math.isfinite(index.tile_m) and 0.0 < index.cell_m <= index.tile_m
-    if not (sizes_fit and index.side <= _SIDE_MAX and abs(index.side * index.cell_m - index.tile_m) < 1e-6):
-        raise OccupancyTilesError(f"{path} states no usable size of tiles and cells.")
-    if index.map_version != _version_of(index.tiles, index.tile_m, index.cell_m, index.origin):
-        raise OccupancyTilesError(f"{path} has been changed since it was written.")
+    index = decode_index(data, str(path))
     if origin is not None and not _is_same(index.origin, origin):
         raise OccupancyTilesError(
             f"{folder} is the map of another place: its origin is {index.origin.latitude_deg:.6f}, "
             f"{index.origin.longitude_deg:.6f}, and the campus's is {origin.latitude_deg:.6f}, "
             f"{origin.longitude_deg:.6f}."
         )
+    return index
+
+
+def decode_index(data: bytes, name: str) -> OccupancyTilesIndex:
+    """The index in these bytes; name: of their file, for messages. Raises OccupancyTilesError."""
+    try:
+        if "voxel_m" in json.loads(data):
+            raise OccupancyTilesError(
+                f"{name} is a map of surfaces for lidars; a planar scanner needs an occupancy map."
+            )
+        index = msgspec.json.decode(data, type=OccupancyTilesIndex)
+    except (msgspec.MsgspecError, json.JSONDecodeError, UnicodeDecodeError, TypeError) as error:
+        raise OccupancyTilesError(f"{name} is no index of occupancy tiles: {error}.") from error
+    if index.format != FORMAT:
+        raise OccupancyTilesError(f"{name} has format {index.format}, not {FORMAT}.")
+    sizes_fit = math.isfinite(index.tile_m) and 0.0 < index.cell_m <= index.tile_m
+    if not (sizes_fit and index.side <= _SIDE_MAX and abs(index.side * index.cell_m - index.tile_m) < 1e-6):
+        raise OccupancyTilesError(f"{name} states no usable size of tiles and cells.")
+    if index.map_version != _version_of(index.tiles, index.tile_m, index.cell_m, index.origin):
+        raise OccupancyTilesError(f"{name} has been changed since it was written.")
     return index
 
 
@@ -116,16 +124,21 @@ def read_tile(folder: Path, index: OccupancyTilesIndex, entry: OccupancyTileEntr
         data = path.read_bytes()
     except OSError as error:
         raise OccupancyTilesError(f"{path} cannot be read: {error.strerror or error}.") from error
+    return decode_entry(data, index, entry, str(path))
+
+
+def decode_entry(data: bytes, index: OccupancyTilesIndex, entry: OccupancyTileEntry, name: str) -> Cells:
+    """The cells in these bytes, checked against the index; name: their file. Raises OccupancyTilesError."""
     if len(data) != entry.bytes or hashlib.sha256(data).hexdigest() != entry.sha256:
-        raise OccupancyTilesError(f"{path} is not the tile that the index names.")
+        raise OccupancyTilesError(f"{name} is not the tile that the index names.")
     count = index.side * index.side
     try:
         plain = zstandard.ZstdDecompressor().decompress(data, max_output_size=count)
     except zstandard.ZstdError as error:
-        raise OccupancyTilesError(f"{path} is damaged: {error}.") from error
+        raise OccupancyTilesError(f"{name} is damaged: {error}.") from error
     cells = np.frombuffer(plain, dtype=np.uint8)
     if len(cells) != count or not np.isin(cells, (FREE, OCCUPIED, UNKNOWN)).all():
-        raise OccupancyTilesError(f"{path} is no tile of {count} cells.")
+        raise OccupancyTilesError(f"{name} is no tile of {count} cells.")
     return cells.reshape(index.side, index.side)
 
 

@@ -103,49 +103,64 @@ def read_index(folder: Path) -> PointMapIndex:
         data = path.read_bytes()
     except OSError as error:
         raise PointMapError(f"{folder} holds no point map: {error.strerror or error}.") from error
+    return decode_index(data, str(path))
+
+
+def decode_index(data: bytes, name: str) -> PointMapIndex:
+    """The index in these bytes; name: of their file, for messages. Raises PointMapError."""
     try:
         version = json.loads(data).get("format")
         if version != FORMAT:
-            raise PointMapError(f"{path} has format {version}, not {FORMAT}.")
+            raise PointMapError(f"{name} has format {version}, not {FORMAT}.")
         index = msgspec.json.decode(data, type=PointMapIndex)
     except (msgspec.MsgspecError, ValueError, AttributeError) as error:
         raise (
             error
             if isinstance(error, PointMapError)
-            else PointMapError(f"{path} is no index of a point map: {error}.")
+            else PointMapError(f"{name} is no index of a point map: {error}.")
         ) from error
     if not (math.isfinite(index.tile_m) and index.tile_m > 0.0 and index.voxel_m > 0.0):
-        raise PointMapError(f"{path} states no usable size of tiles.")
+        raise PointMapError(f"{name} states no usable size of tiles.")
     if index.map_version != version_of(index.tiles):
-        raise PointMapError(f"{path} has been changed since it was written.")
+        raise PointMapError(f"{name} has been changed since it was written.")
     return index
 
 
 def read_tile(folder: Path, entry: TileEntry) -> Surfels:
     """One tile, checked against the index. Raises PointMapError."""
-    path = folder / entry.file
-    data = read_tile_bytes(folder, entry)
-    try:
-        ix, iy, surfels = decode_tile(data)
-    except TileError as error:
-        raise PointMapError(f"{path}: {error}") from error
-    if (ix, iy) != (entry.ix, entry.iy):
-        raise PointMapError(f"{path} is the tile of another place.")
-    return surfels
+    return decode_entry(_tile_bytes(folder, entry), entry, str(folder / entry.file))
 
 
 def read_tile_bytes(folder: Path, entry: TileEntry) -> bytes:
     """The bytes of one tile, those that the index names. Raises PointMapError."""
-    if Path(entry.file).is_absolute() or ".." in Path(entry.file).parts:
-        raise PointMapError(f"{entry.file} is no file of the map's folder.")
+    data = _tile_bytes(folder, entry)
+    _check_bytes(data, entry, str(folder / entry.file))
+    return data
+
+
+def decode_entry(data: bytes, entry: TileEntry, name: str) -> Surfels:
+    """The tile in these bytes, checked against the index; name: of their file. Raises PointMapError."""
+    _check_bytes(data, entry, name)
+    try:
+        ix, iy, surfels = decode_tile(data)
+    except TileError as error:
+        raise PointMapError(f"{name}: {error}") from error
+    if (ix, iy) != (entry.ix, entry.iy):
+        raise PointMapError(f"{name} is the tile of another place.")
+    return surfels
+
+
+def _tile_bytes(folder: Path, entry: TileEntry) -> bytes:
     path = folder / entry.file
     try:
-        data = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         raise PointMapError(f"{path} cannot be read: {error.strerror or error}.") from error
+
+
+def _check_bytes(data: bytes, entry: TileEntry, name: str) -> None:
     if len(data) != entry.bytes or hashlib.sha256(data).hexdigest() != entry.sha256:
-        raise PointMapError(f"{path} is not the tile that the index names.")
-    return data
+        raise PointMapError(f"{name} is not the tile that the index names.")
 
 
 def _write(path: Path, data: bytes) -> None:

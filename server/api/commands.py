@@ -27,6 +27,7 @@ from server.api.security.permissions import (
     REGISTER_WEBHOOKS,
     RUN_SERVICE,
     STOP,
+    STORE_LOCALIZATION_MAPS,
 )
 from server.api.security.request_origin import address_of, operation_of, subject_of, target_of
 from server.api.services import InjectedServices
@@ -264,6 +265,7 @@ MoveCommand = Annotated[Command, Depends(command_of(changing(MOVE)))]
 EvacuationCommand = Annotated[Command, Depends(command_of(changing(EVACUATE)))]
 PlaceCommand = Annotated[Command, Depends(command_of(changing(PLACE)))]
 DrawCommand = Annotated[Command, Depends(command_of(changing(DRAW_MAPS)))]
+StoreLocalizationMapCommand = Annotated[Command, Depends(command_of(changing(STORE_LOCALIZATION_MAPS)))]
 PublishCommand = Annotated[Command, Depends(command_of(changing(PUBLISH_MAPS)))]
 WebhookCommand = Annotated[Command, Depends(command_of(changing(REGISTER_WEBHOOKS)))]
 AdminCommand = Annotated[Command, Depends(command_of(changing(ADMINISTER)))]

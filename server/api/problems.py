@@ -70,6 +70,18 @@ class SegmentUnreadable(DomainError):
     code = "segment_unreadable"
 
 
+class TileHashWrong(DomainError):
+    """The received bytes do not have the hash in the path; send them again."""
+
+    code = "tile_hash_wrong"
+
+
+class TileStoreUnavailable(DomainError):
+    """The store of localization maps' tiles cannot be reached; everything else works. Try again later."""
+
+    code = "tile_store_unavailable"
+
+
 STATUS: Mapping[type[DomainError], int] = {
     errors.RideUnknown: 404,
     errors.RideAlreadyAboard: 409,
@@ -120,6 +132,14 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.DraftUnsound: 409,
     errors.TooManyDrafts: 409,
     errors.MapElsewhere: 409,
+    errors.LocalizationMapUnknown: 404,
+    errors.LocalizationMapInvalid: 400,
+    errors.LocalizationMapElsewhere: 409,
+    errors.LocalizationMapIncomplete: 409,
+    errors.LocalizationMapInForce: 409,
+    errors.TooManyLocalizationMaps: 409,
+    errors.LocalizationTileUnknown: 404,
+    errors.LocalizationTileInvalid: 400,
     errors.NoSuchFix: 409,
     errors.AreaUnknown: 404,
     errors.StopUnknown: 404,
@@ -187,6 +207,8 @@ STATUS: Mapping[type[DomainError], int] = {
     SegmentStoreUnavailable: 503,
     SegmentTooLarge: 413,
     SegmentUnreadable: 400,
+    TileHashWrong: 400,
+    TileStoreUnavailable: 503,
 }
 
 

@@ -16,6 +16,9 @@ from server.api.closures import routes as closures
 from server.api.health import routes as health
 from server.api.incidents import routes as incidents
 from server.api.interventions import routes as interventions
+from server.api.localization_maps import routes as localization_maps
+from server.api.localization_maps import tiles as localization_tiles
+from server.api.localization_maps import vehicle_files as localization_vehicle_files
 from server.api.maps import drafts as map_drafts
 from server.api.maps import routes as maps
 from server.api.maps import uploads as map_uploads
@@ -90,6 +93,9 @@ def _routes() -> tuple[BaseRoute, ...]:
         map_drafts.router,
         maps.router,
         vehicle_files.router,
+        localization_maps.router,
+        localization_tiles.router,
+        localization_vehicle_files.router,
         rides.router,
         notices.router,
         records.router,

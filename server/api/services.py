@@ -12,7 +12,6 @@ from contract.tracing import RideSpans
 from server.api.metrics.measurements import Measurements
 from server.api.pages import Page
 from server.api.rides.booking_batcher import BookingBatcher
-from server.api.runs.offload import Offload
 from server.api.security.access_watch import AccessWatch
 from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
@@ -26,6 +25,7 @@ from server.usecases.planning.forks import Forks
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock, Ids
 from server.usecases.ports.maps import MapWorkshop
+from server.usecases.ports.offload import Offload
 from server.usecases.ports.push import PushSender
 from server.usecases.ports.unit_of_work import Transactions
 from server.usecases.ports.webhooks import WebhookSender
@@ -60,6 +60,7 @@ class Limits:
 class Services:
     """has_our_tables: the database's tables are those of this version; it may block.
 
+    tiles           of localization maps
     webhook_sender  None: this server sends nothing to other networks
     push_sender     None: this server sends nothing to browsers
     spans           None: rides are not traced
@@ -74,6 +75,7 @@ class Services:
     bus: Bus
     offload: Offload
     segments: SegmentStore
+    tiles: SegmentStore
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed

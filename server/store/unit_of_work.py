@@ -16,6 +16,7 @@ from server.domain.rules import FleetRules
 from server.store.cache.events import CachedEventRepository
 from server.store.cache.ground import (
     CachedClosureRepository,
+    CachedLocalizationMapRepository,
     CachedMapRepository,
     CachedTravelTimeFactorRepository,
 )
@@ -52,6 +53,7 @@ from server.store.rides.push_subscriptions import SqlPushSubscriptionRepository
 from server.store.rides.rides import SqlRideRepository
 from server.store.rides.series import SqlSeriesRepository
 from server.store.roads.closures import SqlClosureRepository
+from server.store.roads.localization_maps import SqlLocalizationMapRepository
 from server.store.roads.map_drafts import SqlMapDraftRepository
 from server.store.roads.maps import SqlMapRepository
 from server.store.views import SqlViews
@@ -59,7 +61,13 @@ from server.store.writing.campus_lock import CampusLock
 from server.travel.closed_roads import sections_closed
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Clock, Ids, PasswordHasher
-from server.usecases.ports.maps import ClosureRepository, MapDraftRepository, MapLibrary, MapRepository
+from server.usecases.ports.maps import (
+    ClosureRepository,
+    LocalizationMapRepository,
+    MapDraftRepository,
+    MapLibrary,
+    MapRepository,
+)
 from server.usecases.ports.past import Past
 from server.usecases.ports.plans import (
     OrderRepository,
@@ -157,6 +165,9 @@ class SqlUnitOfWork:
             self.service: ServiceRepository = SqlServiceRepository(connection, campus_id, lock)
             self.incidents: IncidentRepository = SqlIncidentRepository(connection, campus_id, lock)
             self.maps: MapRepository = SqlMapRepository(connection, campus_id, lock)
+            self.localization_maps: LocalizationMapRepository = SqlLocalizationMapRepository(
+                connection, campus_id, lock
+            )
             self.closures: ClosureRepository = SqlClosureRepository(connection, campus_id, lock)
             self.travel_time_factors: TravelTimeFactorRepository = SqlTravelTimeFactorRepository(
                 connection, campus_id, lock
@@ -170,6 +181,7 @@ class SqlUnitOfWork:
             self.service = CachedServiceRepository(connection, campus_id, lock, memory)
             self.incidents = CachedIncidentRepository(connection, campus_id, lock, memory)
             self.maps = CachedMapRepository(connection, campus_id, lock, memory)
+            self.localization_maps = CachedLocalizationMapRepository(connection, campus_id, lock, memory)
             self.closures = CachedClosureRepository(connection, campus_id, lock, memory)
             self.travel_time_factors = CachedTravelTimeFactorRepository(connection, campus_id, lock, memory)
             self._events = CachedEventRepository(connection, campus_id, lock, memory)

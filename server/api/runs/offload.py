@@ -1,14 +1,10 @@
-"""Runs work that would block the event loop: reading and hashing large files."""
+"""The two kinds of `server.usecases.ports.offload.Offload`: a thread, and at once."""
 
 import asyncio
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 T = TypeVar("T")
-
-
-class Offload(Protocol):
-    async def run(self, work: Callable[[], T]) -> T: ...
 
 
 class ThreadOffload:

@@ -35,7 +35,9 @@ EVACUATE = Permission(("safety",))
 PLACE = Permission(("safety",), second_factor=True)
 REGISTER_WEBHOOKS = Permission(("admin",), "drive")
 DRAW_MAPS = Permission(("dispatcher", "safety"))
-# Where all shuttles drive from then on.
+# Stored beside the one in force: a survey's computer may send it, an operator puts it in force.
+STORE_LOCALIZATION_MAPS = Permission(("dispatcher", "safety"), "drive")
+# Where all shuttles drive, or what they localize by, from then on.
 PUBLISH_MAPS = Permission(("safety",), second_factor=True)
 ADMINISTER = Permission(("admin",))
 GIVE_ACCESS = Permission(("admin",), second_factor=True)

@@ -109,3 +109,51 @@ class ClosureOver(DomainError):
     """The road closure has ended or was lifted already."""
 
     code = "closure_over"
+
+
+class LocalizationMapUnknown(DomainError):
+    """No localization map of this version is stored."""
+
+    code = "localization_map_unknown"
+
+
+class LocalizationMapInvalid(DomainError):
+    """The bytes are no manifest of a localization map of this campus."""
+
+    code = "localization_map_invalid"
+
+
+class LocalizationMapElsewhere(DomainError):
+    """The localization map lies in another frame than the road map in force."""
+
+    code = "localization_map_elsewhere"
+
+
+class LocalizationMapIncomplete(DomainError):
+    """Tiles of the localization map are missing; send them first."""
+
+    code = "localization_map_incomplete"
+
+
+class LocalizationMapInForce(DomainError):
+    """The localization map is in force; put another one in force first."""
+
+    code = "localization_map_in_force"
+
+
+class TooManyLocalizationMaps(DomainError):
+    """There are as many localization maps as the server keeps; remove one."""
+
+    code = "too_many_localization_maps"
+
+
+class LocalizationTileUnknown(DomainError):
+    """The localization map names no such tile, or its bytes have not come yet."""
+
+    code = "localization_tile_unknown"
+
+
+class LocalizationTileInvalid(DomainError):
+    """The bytes are not the tile that the manifest names."""
+
+    code = "localization_tile_invalid"

@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Literal
 
 from contract.geometry import Pose2
+from contract.localization_manifest import LocalizationMapKind
 from contract.wire.bounds import SEATS_MAX
 from contract.wire.messages import CommandKind, DriveMode, Status
 from server.domain.fleet.shifts import Shifts
@@ -28,6 +29,10 @@ class Vehicle:
     quarantined_at  when it last broke the protocol: until it has kept to it for a while it gets no rides
     map_failure  why it cannot take the map in force (`contract.wire.maps`), "" if it can or has not said:
                  its orders would not fit the roads
+    localizes_by  the kind of map that it compares scans with, "" for none
+    localization_map  the version that it compares them with, "" for none
+    localization_change  of the localization map in force: "" nothing yet, "stored" it has the map and waits
+                  until it stands, else why it keeps its own (`contract.wire.localization_maps`)
     """
 
     campus_id: str
@@ -53,6 +58,9 @@ class Vehicle:
     shifts: Shifts | None = None
     quarantined_at: datetime | None = None
     map_failure: str = ""
+    localizes_by: LocalizationMapKind | Literal[""] = ""
+    localization_map: str = ""
+    localization_change: str = ""
 
     @property
     def is_available(self) -> bool:

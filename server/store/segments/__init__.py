@@ -1,1 +1,1 @@
-"""The bytes of run segments, by the hash of their content: in a folder, or in an object store."""
+"""Bytes by their hash, in a folder or in an object store: run segments, and tiles of localization maps."""

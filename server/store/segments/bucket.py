@@ -11,7 +11,7 @@ from obstore.exceptions import BaseError
 from obstore.store import ObjectStore
 
 from server.store.segments.incoming import IncomingSegment, SegmentHashError, SegmentSizeError
-from server.store.segments.segment_store import SegmentStoreError, key_of
+from server.store.segments.segment_store import SEGMENT_ENDING, SegmentStoreError, key_of
 
 # The vehicle tries again after 20 s, so a request does not wait longer than that for a store that is away.
 _CONNECT_TIMEOUT_S = 5
@@ -30,9 +30,15 @@ class SegmentBucket:
     """
 
     def __init__(
-        self, store: ObjectStore, folder: Path, bytes_max: int, cache_bytes_max: int = CACHE_BYTES_MAX
+        self,
+        store: ObjectStore,
+        folder: Path,
+        bytes_max: int,
+        cache_bytes_max: int = CACHE_BYTES_MAX,
+        ending: str = SEGMENT_ENDING,
     ) -> None:
         self._store = store
+        self._ending = ending
         self._incoming, self._cache = folder / "incoming", folder / "cache"
         self._bytes_max = bytes_max
         self._cache_bytes_max = cache_bytes_max
@@ -42,7 +48,7 @@ class SegmentBucket:
 
     def has(self, sha256: str) -> bool:
         try:
-            obstore.head(self._store, key_of(sha256))
+            obstore.head(self._store, key_of(sha256, self._ending))
         except FileNotFoundError:
             return False
         except (BaseError, OSError) as error:
@@ -51,21 +57,30 @@ class SegmentBucket:
 
     def keep(self, incoming: IncomingSegment) -> None:
         try:
-            obstore.put(self._store, key_of(incoming.sha256), incoming.path)
+            obstore.put(self._store, key_of(incoming.sha256, self._ending), incoming.path)
         except (BaseError, OSError) as error:
             raise _unusable(error) from error
 
     def fetch(self, sha256: str) -> Path | None:
-        path = self._cache / key_of(sha256)
+        path = self._cache / key_of(sha256, self._ending)
         try:
             os.utime(path)
         except FileNotFoundError:
             return path if self._download(sha256, path) else None
         return path
 
+    def remove(self, sha256: str) -> None:
+        try:
+            obstore.delete(self._store, key_of(sha256, self._ending))
+        except FileNotFoundError:
+            pass  # S3 does not tell, other stores do.
+        except (BaseError, OSError) as error:
+            raise _unusable(error) from error
+        (self._cache / key_of(sha256, self._ending)).unlink(missing_ok=True)
+
     def _download(self, sha256: str, path: Path) -> bool:
         try:
-            found = obstore.get(self._store, key_of(sha256))
+            found = obstore.get(self._store, key_of(sha256, self._ending))
             size_bytes = found.meta["size"]
             # Two requests may fetch one segment at the same time.
             with IncomingSegment(sha256, self._incoming / f"{uuid4().hex}.part", size_bytes) as copy:
@@ -84,7 +99,7 @@ class SegmentBucket:
     def _evict(self, size_bytes: int) -> None:
         """Make room for a file: delete those that were not used for the longest time."""
         files = sorted(
-            ((found.st_mtime, found.st_size, path) for path, found in _present(self._cache)),
+            ((found.st_mtime, found.st_size, path) for path, found in _present(self._cache, self._ending)),
             key=lambda file: file[0],
         )
         too_many = sum(size for _, size, _ in files) + size_bytes - self._cache_bytes_max
@@ -96,7 +111,7 @@ class SegmentBucket:
             too_many -= size
 
 
-def open_bucket(url: str, folder: Path, bytes_max: int) -> SegmentBucket:
+def open_bucket(url: str, folder: Path, bytes_max: int, ending: str = SEGMENT_ENDING) -> SegmentBucket:
     """The bucket that a URL names: s3://BUCKET/PREFIX, gs://, az://.
 
     Credentials, region and endpoint come from the environment by the cloud's own names (AWS_ACCESS_KEY_ID,
@@ -113,12 +128,12 @@ def open_bucket(url: str, folder: Path, bytes_max: int) -> SegmentBucket:
     except (BaseError, ValueError, TypeError) as error:
         # The library's message has the whole URL, which may have a password in it.
         raise SegmentStoreError("it names no object store: s3://, gs:// or az://BUCKET/PREFIX") from error
-    return SegmentBucket(store, folder, bytes_max)
+    return SegmentBucket(store, folder, bytes_max, ending=ending)
 
 
-def _present(folder: Path) -> list[tuple[Path, os.stat_result]]:
+def _present(folder: Path, ending: str) -> list[tuple[Path, os.stat_result]]:
     found = []
-    for path in folder.glob("*/*.mcap"):
+    for path in folder.glob(f"*/*{ending}"):
         try:
             found.append((path, path.stat()))
         except FileNotFoundError:
@@ -127,7 +142,7 @@ def _present(folder: Path) -> list[tuple[Path, os.stat_result]]:
 
 
 def _unusable(error: BaseException) -> SegmentStoreError:
-    return SegmentStoreError(f"the store of run segments is not usable now: {_first_line(error)}")
+    return SegmentStoreError(f"the store is not usable now: {_first_line(error)}")
 
 
 def _first_line(error: BaseException) -> str:

@@ -4,14 +4,15 @@ import os
 from pathlib import Path
 
 from server.store.segments.incoming import IncomingSegment
-from server.store.segments.segment_store import key_of
+from server.store.segments.segment_store import SEGMENT_ENDING, key_of
 
 
 class SegmentFolder:
     """Files `ab/abcdef....mcap`. Uploads are in `incoming/` until their hash is checked."""
 
-    def __init__(self, folder: Path, bytes_max: int) -> None:
+    def __init__(self, folder: Path, bytes_max: int, ending: str = SEGMENT_ENDING) -> None:
         self._folder = folder
+        self._ending = ending
         self._bytes_max = bytes_max
 
     def receive(self, sha256: str, name: str) -> IncomingSegment:
@@ -31,8 +32,11 @@ class SegmentFolder:
         path = self._path(sha256)
         return path if path.exists() else None
 
+    def remove(self, sha256: str) -> None:
+        self._path(sha256).unlink(missing_ok=True)
+
     def _path(self, sha256: str) -> Path:
-        return self._folder / key_of(sha256)
+        return self._folder / key_of(sha256, self._ending)
 
 
 def _sync_folder(folder: Path) -> None:

@@ -1,9 +1,11 @@
-"""What both kinds of segment stores do."""
+"""What both kinds of segment stores do. Tiles of localization maps are kept in stores of the same kinds."""
 
 from pathlib import Path
 from typing import Protocol
 
 from server.store.segments.incoming import IncomingSegment
+
+SEGMENT_ENDING = ".mcap"
 
 
 class SegmentStoreError(Exception):
@@ -11,7 +13,7 @@ class SegmentStoreError(Exception):
 
 
 class SegmentStore(Protocol):
-    """Segments by the SHA-256 of their bytes. None is ever changed, and a repeat is harmless."""
+    """Segments, or tiles, by the SHA-256 of their bytes. None is ever changed, and a repeat is harmless."""
 
     def receive(self, sha256: str, name: str) -> IncomingSegment:
         """Begin an upload. name: unique among the uploads under way."""
@@ -32,7 +34,11 @@ class SegmentStore(Protocol):
         """
         ...
 
+    def remove(self, sha256: str) -> None:
+        """Delete one; what is not kept is no error. May block. Raises SegmentStoreError, OSError."""
+        ...
 
-def key_of(sha256: str) -> str:
+
+def key_of(sha256: str, ending: str) -> str:
     """Where a segment lies below the store's root; folders of at most 1/256 of all."""
-    return f"{sha256[:2]}/{sha256}.mcap"
+    return f"{sha256[:2]}/{sha256}{ending}"

@@ -30,6 +30,9 @@ vehicles = Table(
     Column("shifts", Text, nullable=True),
     optional_instant("quarantined_at"),
     Column("map_failure", String(64), nullable=False, server_default=""),
+    Column("localizes_by", String(64), nullable=False, server_default=""),
+    Column("localization_map", String(64), nullable=False, server_default=""),
+    Column("localization_change", String(64), nullable=False, server_default=""),
 )
 whereabouts = Table(
     "whereabouts",

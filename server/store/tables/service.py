@@ -1,6 +1,6 @@
-"""Maps, closures, announcements, calendars and departures."""
+"""Road maps and localization maps, closures, announcements, calendars and departures."""
 
-from sqlalchemy import Boolean, Column, Date, Index, Integer, LargeBinary, String, Table
+from sqlalchemy import BigInteger, Boolean, Column, Date, Double, Index, Integer, LargeBinary, String, Table
 
 from server.store.tables.metadata import campus_key, instant, key, metadata, optional_instant, string, text
 
@@ -13,6 +13,36 @@ maps = Table(
     Column("content", LargeBinary, nullable=False),
     instant("added_at"),
     Column("active", Boolean, nullable=False),
+)
+localization_maps = Table(
+    "localization_maps",
+    metadata,
+    campus_key(),
+    key("map_version"),
+    string("kind"),
+    Column("latitude_deg", Double, nullable=False),
+    Column("longitude_deg", Double, nullable=False),
+    Column("manifest", LargeBinary, nullable=False),
+    string("manifest_sha256"),
+    Column("manifest_bytes", Integer, nullable=False),
+    Column("tile_count", Integer, nullable=False),
+    Column("size_bytes", BigInteger, nullable=False),
+    string("road_map_version"),
+    text("note"),
+    string("published_by", 200),
+    instant("published_at"),
+    Column("active", Boolean, nullable=False),
+    string("activated_by", 200),
+    optional_instant("activated_at"),
+)
+# Tiles whose bytes the tile store keeps.
+localization_tiles = Table(
+    "localization_tiles",
+    metadata,
+    campus_key(),
+    key("sha256"),
+    Column("size_bytes", Integer, nullable=False),
+    instant("kept_at"),
 )
 map_drafts = Table(
     "map_drafts",

@@ -1,10 +1,14 @@
 """Campus maps: stored, decoded, drawn and made of files."""
 
+from collections.abc import Collection, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Literal, Protocol
 
+from contract.localization_manifest import LocalizationMapKind
 from contract.roads.model import RoadMap
 from server.domain.roads.closures import Closure
+from server.domain.roads.localization_maps import LocalizationMap
 from server.domain.roads.maps import ActiveMap, MapDraft, MapVersion, StoredMap
 from server.travel.fleet_roads import FleetRoads
 
@@ -45,6 +49,38 @@ class MapRepository(Protocol):
     def add(self, stored: StoredMap) -> None: ...
 
     def activate(self, map_version: str) -> None: ...
+
+
+class LocalizationMapRepository(Protocol):
+    """Manifests, and which tiles are kept. The tiles' bytes are in the tile store."""
+
+    def get(self, map_version: str) -> LocalizationMap | None: ...
+
+    def manifest(self, map_version: str) -> bytes | None: ...
+
+    def all(self) -> tuple[LocalizationMap, ...]:
+        """The newest first."""
+        ...
+
+    def in_force(self) -> Mapping[LocalizationMapKind, LocalizationMap]: ...
+
+    def add(self, stored: LocalizationMap, manifest: bytes) -> None: ...
+
+    def save(self, stored: LocalizationMap) -> None: ...
+
+    def remove(self, map_version: str) -> None: ...
+
+    def kept_tiles(self) -> frozenset[str]:
+        """SHA-256 of each."""
+        ...
+
+    def is_kept(self, sha256: str) -> bool: ...
+
+    def keep_tiles(self, sizes: Mapping[str, int], at: datetime) -> None:
+        """sizes: of tiles whose bytes are in the tile store now, in bytes by SHA-256."""
+        ...
+
+    def forget_tiles(self, sha256s: Collection[str]) -> None: ...
 
 
 class MapDraftRepository(Protocol):

@@ -13,7 +13,12 @@ from server.domain.rides.ticket_keys import TicketKeys
 from server.domain.rules import FleetRules
 from server.travel.fleet_roads import FleetRoads
 from server.usecases.ports.clock_and_ids import Ids, PasswordHasher
-from server.usecases.ports.maps import ClosureRepository, MapDraftRepository, MapRepository
+from server.usecases.ports.maps import (
+    ClosureRepository,
+    LocalizationMapRepository,
+    MapDraftRepository,
+    MapRepository,
+)
 from server.usecases.ports.past import Past
 from server.usecases.ports.plans import (
     OrderRepository,
@@ -72,6 +77,7 @@ class UnitOfWork(Protocol):
     events: EventRepository
     maps: MapRepository
     map_drafts: MapDraftRepository
+    localization_maps: LocalizationMapRepository
     runs: RunRepository
     recordings: RecordingRepository
     identity: IdentityRepository

@@ -1,16 +1,13 @@
 """A point map on the vehicle's disk: checked as a whole before a drive, and then read tile by tile."""
 
-import math
 from pathlib import Path
 
+from contract.localization_maps import is_same_frame
 from contract.occupancy.tile_files import OccupancyTilesIndex
 from contract.point_map.map_files import PointMapError, PointMapIndex, read_index, read_tile
 from contract.point_map.tiles import Surfels
 from contract.roads.model import Origin
 from vehicle_agent.localization.scan_map.localizer import TileSource
-
-# A tenth of a millimetre.
-_SAME_DEG = 1e-9
 
 
 def checked_index(folder: Path, origin: Origin) -> PointMapIndex:
@@ -31,11 +28,7 @@ def checked_index(folder: Path, origin: Origin) -> PointMapIndex:
 
 def is_of_place(index: PointMapIndex | OccupancyTilesIndex, origin: Origin) -> bool:
     """Whether both have one frame, so that a place on one is the same place on the other."""
-    own = index.origin
-    return own is not None and (
-        math.isclose(own.latitude_deg, origin.latitude_deg, rel_tol=0.0, abs_tol=_SAME_DEG)
-        and math.isclose(own.longitude_deg, origin.longitude_deg, rel_tol=0.0, abs_tol=_SAME_DEG)
-    )
+    return is_same_frame(index.origin, origin)
 
 
 def tile_source(folder: Path, index: PointMapIndex) -> TileSource:

@@ -35,6 +35,8 @@ PUBLIC_READING = {
     ("GET", "/campus/notices"),
     # By a vehicle's signature.
     ("GET", "/maps/{map_version}/vehicle-file"),
+    ("GET", "/localization-maps/{map_version}/vehicle-manifest"),
+    ("GET", "/localization-maps/{map_version}/vehicle-tiles/{sha256}"),
     ("GET", "/announcements/current"),
     ("GET", "/stops/{stop_id}/board"),
     ("GET", "/stops/{stop_id}/board/code"),

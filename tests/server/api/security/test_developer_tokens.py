@@ -59,6 +59,8 @@ OPERATORS_ONLY = {
     ("POST", "/maps/drafts/{draft_id}/fixes"),
     ("POST", "/maps/drafts/{draft_id}/publications"),
     ("POST", "/maps/{map_version}/activations"),
+    ("POST", "/localization-maps/{map_version}/activations"),
+    ("DELETE", "/localization-maps/{map_version}"),
 }
 BY_TOKEN = [one for one in CHANGES + READING if one not in OPERATORS_ONLY]
 

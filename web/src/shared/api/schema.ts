@@ -373,6 +373,161 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/localization-maps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Localization Maps
+         * @description Every stored version, the newest first.
+         */
+        get: operations["list_localization_maps"];
+        put?: never;
+        /**
+         * Store Localization Map
+         * @description Store a version by its manifest, the `index.json` of its folder. Then send the `missing` tiles.
+         *
+         *     It is not in force yet. A repeat changes nothing, and answers what is still missing.
+         */
+        post: operations["store_localization_map"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/localization-maps/{map_version}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Localization Map
+         * @description One version, and which of its tiles are missing.
+         */
+        get: operations["get_localization_map"];
+        put?: never;
+        post?: never;
+        /**
+         * Remove Localization Map
+         * @description Remove a version that is not in force, with the tiles that no other version has.
+         */
+        delete: operations["remove_localization_map"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/localization-maps/{map_version}/manifest": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Get Localization Manifest */
+        get: operations["get_localization_manifest"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/localization-maps/{map_version}/activations": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Activate Localization Map
+         * @description Put a stored version in force, or roll back to one.
+         *
+         *     Vehicles that localize by maps of its kind fetch it, and change over while they stand.
+         */
+        post: operations["activate_localization_map"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/localization-maps/{map_version}/tiles/{sha256}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Localization Tile
+         * @description Never changes: it may be kept for ever.
+         */
+        get: operations["get_localization_tile"];
+        /**
+         * Put Localization Tile
+         * @description A tile that the stored manifest names, by the SHA-256 of its bytes. A repeat is harmless.
+         *
+         *     The tile is decoded: one that vehicles could not read is refused.
+         */
+        put: operations["put_localization_tile"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/localization-maps/{map_version}/vehicle-manifest": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Localization Manifest For Vehicle
+         * @description Its SHA-256 is the one that the vehicle's link has announced.
+         */
+        get: operations["get_localization_manifest_for_vehicle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/localization-maps/{map_version}/vehicle-tiles/{sha256}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Localization Tile For Vehicle
+         * @description One signature serves all tiles of a version.
+         */
+        get: operations["get_localization_tile_for_vehicle"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/rides": {
         parameters: {
             query?: never;
@@ -2853,6 +3008,24 @@ export interface components {
             previous_sha256: string;
         };
         /**
+         * AwaitedVehicle
+         * @description A vehicle that localizes by such maps and has not changed over to the one in force.
+         */
+        AwaitedVehicle: {
+            /** Vehicle Id */
+            vehicle_id: string;
+            /**
+             * Map Version
+             * @description What it localizes by meanwhile; empty: GNSS alone.
+             */
+            map_version: string;
+            /**
+             * Change
+             * @description Empty: it is on its way, or not connected. `stored`: it has the map and changes over when it stands. Else why it keeps its own, as in the event `localization_map_failed`.
+             */
+            change: string;
+        };
+        /**
          * BoardClosureView
          * @description A closed road that concerns this stop, now or in the next six hours.
          */
@@ -4584,6 +4757,132 @@ export interface components {
             number,
             "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
         ];
+        /** LocalizationMapDetails */
+        LocalizationMapDetails: {
+            /** Map Version */
+            map_version: string;
+            /**
+             * Kind
+             * @description points: of lidars; occupancy: of planar scanners.
+             * @enum {string}
+             */
+            kind: "points" | "occupancy";
+            /** Tile Count */
+            tile_count: number;
+            /** Size Bytes */
+            size_bytes: number;
+            /**
+             * Road Map Version
+             * @description The road map in force when it was published.
+             */
+            road_map_version: string;
+            /** Note */
+            note: string;
+            /** Published By */
+            published_by: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /**
+             * Active
+             * @description In force: vehicles of this kind fetch it.
+             */
+            active: boolean;
+            /** Activated By */
+            activated_by: string;
+            /** Activated At */
+            activated_at: string | null;
+            /**
+             * Used By
+             * @description Vehicles that localize by it.
+             */
+            used_by: string[];
+            /**
+             * Awaited
+             * @description Of the map in force; else empty.
+             */
+            awaited: components["schemas"]["AwaitedVehicle"][];
+            /**
+             * Missing
+             * @description SHA-256 of the tiles whose bytes have not come: first these, then into force.
+             */
+            missing: string[];
+        };
+        /**
+         * LocalizationMapView
+         * @example {
+         *       "map_version": "3f0c9a71d2e84b553f0c9a71d2e84b553f0c9a71d2e84b553f0c9a71d2e84b55",
+         *       "kind": "points",
+         *       "tile_count": 280,
+         *       "size_bytes": 7200000,
+         *       "road_map_version": "3f0c9a71d2e84b55",
+         *       "note": "survey of 1 September",
+         *       "published_by": "operator",
+         *       "published_at": "2026-09-01T08:00:00Z",
+         *       "active": true,
+         *       "activated_by": "operator",
+         *       "activated_at": "2026-09-01T08:05:00Z",
+         *       "used_by": [
+         *         "shuttle-1"
+         *       ],
+         *       "awaited": [
+         *         {
+         *           "vehicle_id": "shuttle-2",
+         *           "map_version": "",
+         *           "change": "stored"
+         *         }
+         *       ]
+         *     }
+         */
+        LocalizationMapView: {
+            /** Map Version */
+            map_version: string;
+            /**
+             * Kind
+             * @description points: of lidars; occupancy: of planar scanners.
+             * @enum {string}
+             */
+            kind: "points" | "occupancy";
+            /** Tile Count */
+            tile_count: number;
+            /** Size Bytes */
+            size_bytes: number;
+            /**
+             * Road Map Version
+             * @description The road map in force when it was published.
+             */
+            road_map_version: string;
+            /** Note */
+            note: string;
+            /** Published By */
+            published_by: string;
+            /**
+             * Published At
+             * Format: date-time
+             */
+            published_at: string;
+            /**
+             * Active
+             * @description In force: vehicles of this kind fetch it.
+             */
+            active: boolean;
+            /** Activated By */
+            activated_by: string;
+            /** Activated At */
+            activated_at: string | null;
+            /**
+             * Used By
+             * @description Vehicles that localize by it.
+             */
+            used_by: string[];
+            /**
+             * Awaited
+             * @description Of the map in force; else empty.
+             */
+            awaited: components["schemas"]["AwaitedVehicle"][];
+        };
         /**
          * LocalizationReport
          * @description How well the vehicle knows where it is.
@@ -9510,7 +9809,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map'), the vehicle id, and the hash or version, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
@@ -9551,6 +9850,812 @@ export interface operations {
             };
             /** @description The request does not fit its schema. */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_localization_maps: {
+        parameters: {
+            query?: {
+                /** @description How many at most; left out: all, in one page. */
+                limit?: number | null;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LocalizationMapView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    store_localization_map: {
+        parameters: {
+            query?: {
+                /** @description What it was made of, for operators. */
+                note?: string;
+            };
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": {
+                    [key: string]: unknown;
+                };
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LocalizationMapDetails"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_localization_map: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LocalizationMapDetails"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_localization_map: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_localization_manifest: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The index of the map's folder: kind, version, frame, and each tile's place, size and SHA-256. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+            /** @description The client has it. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    activate_localization_map: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LocalizationMapView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_localization_tile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                map_version: string;
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The tile as it was published; zstd-compressed by itself. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description The client has it. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_localization_tile: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                map_version: string;
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_localization_manifest_for_vehicle: {
+        parameters: {
+            query?: never;
+            header: {
+                "Vehicle-Id": string;
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
+                "Vehicle-Signature": string;
+            };
+            path: {
+                map_version: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The index of the map's folder: kind, version, frame, and each tile's place, size and SHA-256. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": {
+                        [key: string]: unknown;
+                    };
+                };
+            };
+            /** @description The client has it. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_localization_tile_for_vehicle: {
+        parameters: {
+            query?: never;
+            header: {
+                "Vehicle-Id": string;
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
+                "Vehicle-Signature": string;
+            };
+            path: {
+                map_version: string;
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The tile as it was published; zstd-compressed by itself. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": string;
+                };
+            };
+            /** @description The client has it. */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16853,7 +17958,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map'), the vehicle id, and the hash or version, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
