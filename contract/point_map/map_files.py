@@ -151,6 +151,8 @@ def decode_entry(data: bytes, entry: TileEntry, name: str) -> Surfels:
 
 
 def _tile_bytes(folder: Path, entry: TileEntry) -> bytes:
+    if Path(entry.file).is_absolute() or ".." in Path(entry.file).parts:
+        raise PointMapError(f"{entry.file} is no file of the map's folder.")
     path = folder / entry.file
     try:
         return path.read_bytes()
