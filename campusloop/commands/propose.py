@@ -1,7 +1,7 @@
 """`campusloop workshop propose`: a point map of vehicles' parcels of scans, beside the map in force.
 
-The server runs it as a child process with `--for-server`: each line of its output is then a JSON object, and it
-ends when its standard input does, so that it never outlives the server.
+With `--for-server` the server runs it as a child process. Each line of its output is then a JSON object, and
+it ends when its standard input does, so that it never outlives the server.
 """
 
 import json
@@ -112,6 +112,6 @@ def _refuse(detail: str, code: int, for_server: bool) -> NoReturn:
 
 def _end_with_input() -> None:
     """The server holds the other end; the pipe breaks with it, however it ends."""
-    while sys.stdin.buffer.read(1024):
+    while os.read(0, 1024):
         pass
     os._exit(1)

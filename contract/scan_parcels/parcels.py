@@ -97,9 +97,12 @@ class ParcelWriter:
     def __init__(self, path: Path) -> None:
         self._zip = zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
 
-    def add_scan(self, stamp_ns: int, points_base: np.ndarray) -> None:
-        """points_base: (n, 3), metres."""
-        self._write(f"{SCANS}/{stamp_ns:019d}.pcd", encoded_points(points_base))
+    def add_scan(self, stamp_ns: int, points_base: np.ndarray, offsets_s: np.ndarray | None = None) -> int:
+        """points_base: (n, 3), metres; offsets_s (n,) of each after the first, whose time is the stamp.
+
+        How many bytes the file has now.
+        """
+        return self._write(f"{SCANS}/{stamp_ns:019d}.pcd", encoded_points(points_base, offsets_s))
 
     def finish(self, header: ParcelHeader, fixes: Sequence[FixRow], poses: Sequence[PoseRow]) -> None:
         lines = [f"{f.stamp_ns / 1e9:.6f},{f.latitude_deg:.9f},{f.longitude_deg:.9f},{f.position_std_m:.4f}"
@@ -116,10 +119,11 @@ class ParcelWriter:
         """Closes the file; what is in it is no parcel."""
         self._zip.close()
 
-    def _write(self, name: str, data: bytes) -> None:
+    def _write(self, name: str, data: bytes) -> int:
         member = zipfile.ZipInfo(name, _DATE)
         member.compress_type = zipfile.ZIP_DEFLATED
         self._zip.writestr(member, data)
+        return int(self._zip.start_dir)
 
 
 def read_header(path: Path) -> ParcelHeader:

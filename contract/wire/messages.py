@@ -30,6 +30,7 @@ from contract.wire.events import (
     RiderBoarded,
     RiderDidNotAlight,
     RiderNoShow,
+    ScansReported,
     SeatButtonPressed,
     SectionReleased,
     TapAnswered,
@@ -52,6 +53,7 @@ from contract.wire.orders import (
     VisitProgress,
     VisitState,
 )
+from contract.wire.scans import SCANS_REQUESTED, ScanArea, ScansRequested
 from contract.wire.session import (
     OLDEST_PROTOCOL_VERSION,
     PROTOCOL_VERSION,
@@ -80,6 +82,7 @@ __all__ = (
     "LATER_KINDS",
     "OLDEST_PROTOCOL_VERSION",
     "PROTOCOL_VERSION",
+    "SCANS_REQUESTED",
     "AreaReport",
     "Blocked",
     "BoardedHow",
@@ -129,6 +132,9 @@ __all__ = (
     "RiderNoShow",
     "RiderTask",
     "RoomTime",
+    "ScanArea",
+    "ScansReported",
+    "ScansRequested",
     "SeatButtonPressed",
     "SectionGrant",
     "SectionReleased",
@@ -162,5 +168,6 @@ ServerMessage = (
     | Presence
     | EventsAcknowledged
     | MapPublished
+    | ScansRequested
     | Goodbye
 )

@@ -42,7 +42,8 @@ class Hello(Message, frozen=True, tag="hello"):
     boot_id      whose numbers the events have
     run_boot_id  under which the vehicle records now: its agent may number events and record in two processes;
                  "" for an agent with one
-    understands  the kinds of `Command` among `LATER_KINDS` that this agent can read
+    understands  the kinds of `Command` among `LATER_KINDS`, and the tags of later messages, that this agent
+                 can read
     """
 
     protocol: ProtocolVersion

@@ -28,6 +28,7 @@ from contract.wire.messages import (
     Presence,
     Status,
 )
+from contract.wire.scans import SCANS_REQUESTED, ScansRequested
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.fleet.vehicles import VehicleSession as OpenedSession
@@ -50,7 +51,7 @@ from server.fleet.hello import facts_of
 from server.fleet.link_ports import LinkPorts, Transport
 from server.fleet.sent_messages import SentMessages
 from server.fleet.session import Actions, VehicleSession
-from server.usecases.fleet import map_changes, quarantine, vehicle_sessions, vehicles
+from server.usecases.fleet import map_changes, quarantine, scans, vehicle_sessions, vehicles
 from server.usecases.orders import orders, outbox
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import audit
@@ -331,8 +332,8 @@ class Link:
         if self.session.state != "open" or self._backlog.holds_back(self._now_ns()):
             return
         begun_ns = self._now_ns()
-        waiting, published = await self._ports.transactions.run(self._waiting_messages)
-        for message in self._sent.choose(waiting, self._now_ns(), published):
+        waiting, published, areas = await self._ports.transactions.run(self._waiting_messages)
+        for message in self._sent.choose(waiting, self._now_ns(), published, areas):
             await self._perform_all(self.session.send(message))
             if self._ports.spans is not None and isinstance(message, Order):
                 rides, fields = (
@@ -341,12 +342,18 @@ class Link:
                 )
                 self._ports.spans.add(rides, "order.sent", begun_ns, self._now_ns(), **fields)
 
-    def _waiting_messages(self, uow: UnitOfWork) -> tuple[outbox.Outbox, MapPublished | None]:
+    def _waiting_messages(
+        self, uow: UnitOfWork
+    ) -> tuple[outbox.Outbox, MapPublished | None, ScansRequested | None]:
         published = map_changes.announcement(uow, self.vehicle_id, self._sent.announced)
         if published is not None and self.session.protocol < MAPS_SINCE_PROTOCOL:
             map_changes.note_old_agent(uow, self.vehicle_id)
             published = None
-        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), published
+        areas: ScansRequested | None = scans.requested_areas(uow, self.session.epoch)
+        if areas is not None and SCANS_REQUESTED not in self.session.understands:
+            scans.note_old_agent(uow, self.vehicle_id, areas)
+            areas = None
+        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), published, areas
 
     # ---------------------------------------------------------------- waiting, and the end
 

@@ -1,6 +1,14 @@
 """What one session has sent: changes are sent at once, unanswered messages again after a while."""
 
-from contract.wire.messages import Grants, MapPublished, Order, SectionGrant, ServerMessage
+from contract.wire.messages import (
+    Grants,
+    MapPublished,
+    Order,
+    ScanArea,
+    ScansRequested,
+    SectionGrant,
+    ServerMessage,
+)
 from server.usecases.orders.outbox import Outbox
 
 REPEAT_AFTER_NS = 3_000_000_000
@@ -9,21 +17,27 @@ REPEAT_AFTER_NS = 3_000_000_000
 class SentMessages:
     """Chooses from an outbox what to send now. Repeats are harmless to the vehicle."""
 
-    __slots__ = ("_grants", "_sent_ns", "announced", "unanswered")
+    __slots__ = ("_grants", "_scans", "_sent_ns", "announced", "unanswered")
 
     def __init__(self) -> None:
         """announced: the map version that the vehicle was told of last, "" for none."""
         self.announced = ""
         self._sent_ns: dict[str, int] = {}
         self._grants: tuple[str, tuple[SectionGrant, ...]] = ("", ())
+        self._scans: tuple[ScanArea, ...] = ()
         self.unanswered = False
 
     def choose(
-        self, outbox: Outbox, now_ns: int, published: MapPublished | None = None
+        self,
+        outbox: Outbox,
+        now_ns: int,
+        published: MapPublished | None = None,
+        scans: ScansRequested | None = None,
     ) -> list[ServerMessage]:
         """Orders before grants. Afterwards `unanswered` says whether something waits for an answer.
 
         published: the map in force, for a vehicle that drives by another one
+        scans: all open requests, for a vehicle that can keep scans; a session begins without any
         """
         messages: list[ServerMessage] = []
         still: dict[str, int] = {}
@@ -37,6 +51,9 @@ class SentMessages:
         if outbox.grants is not None and self._have_changed(outbox.grants):
             messages.append(outbox.grants)
             self._remember_grants(outbox.grants)
+        if scans is not None and scans.areas != self._scans:
+            messages.append(scans)
+            self._scans = scans.areas
         if published is not None:
             self.announced = published.map_version
         self._sent_ns, self.unanswered = still, bool(still)

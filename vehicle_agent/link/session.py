@@ -31,6 +31,7 @@ from contract.wire.messages import (
     OrderRejected,
     PassengerTap,
     Presence,
+    ScansRequested,
     Status,
     Welcome,
     signed_hello,
@@ -54,6 +55,7 @@ class Identity(msgspec.Struct, frozen=True):
 
     boot_id      of the process that numbers events
     run_boot_id  of the run that is recorded, "" if that is the same
+    understands  later kinds of messages that this agent can read, and act on
     """
 
     vehicle_id: str
@@ -64,6 +66,7 @@ class Identity(msgspec.Struct, frozen=True):
     seats: int
     wheelchair_places: int
     run_boot_id: str = ""
+    understands: tuple[str, ...] = LATER_KINDS
 
 
 class VehicleSession:
@@ -87,6 +90,7 @@ class VehicleSession:
         self._outgoing: list[bytes] = []
         self._messages: list[LinkMessage] = []
         self._published: MapPublished | None = None
+        self._scans: ScansRequested | None = None
         self._sent: dict[str, int] = {}
         self._received_ns = 0
         self._probed_ns = 0
@@ -127,6 +131,8 @@ class VehicleSession:
         elif self.is_open and message.epoch == self.epoch:
             if isinstance(message, MapPublished):
                 self._published = message
+            elif isinstance(message, ScansRequested):
+                self._scans = message
             else:
                 self._queue(message)
 
@@ -158,6 +164,11 @@ class VehicleSession:
         """The map that the server has announced last, once for each time."""
         published, self._published = self._published, None
         return published
+
+    def take_scan_requests(self) -> ScansRequested | None:
+        """The open requests for scans that the server has sent last, once for each time."""
+        scans, self._scans = self._scans, None
+        return scans
 
     # ------------------------------------------------------------ the vehicle's side
 
@@ -204,7 +215,7 @@ class VehicleSession:
             progress=self.progress,
             seats=identity.seats,
             wheelchair_places=identity.wheelchair_places,
-            understands=LATER_KINDS,
+            understands=identity.understands,
             run_boot_id=identity.run_boot_id,
         )
         self._send(hello)

@@ -67,6 +67,7 @@ class AgentFolder:
         self.root = root
         self.outbox = root / "outbox"
         self.runs = root / "runs"
+        self.scans = root / "scans"
         self.point_map = root / "point-map"
 
     def vehicle(self) -> VehicleFile:
