@@ -7,7 +7,6 @@ from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Query, Response
-from starlette.responses import FileResponse
 
 from contract.scan_parcels.proposals import PICTURE
 from server.api.commands import DrawCommand, PublishCommand
@@ -124,15 +123,15 @@ async def get_map_proposal_picture(
 @router.get(
     "/map-proposals/{proposal_id}/map",
     operation_id="get_map_proposal_file",
-    response_class=FileResponse,
+    response_class=Response,
     responses=problems(ProposalUnknown, ProposalNotReady, ScanStoreUnavailable, *READER_REFUSALS) | ZIP,
 )
-async def get_map_proposal_file(
-    proposal_id: ProposalId, services: InjectedServices, _: Reader
-) -> FileResponse:
+async def get_map_proposal_file(proposal_id: ProposalId, services: InjectedServices, _: Reader) -> Response:
     """As a file, e.g. to try it on one vehicle with `campusloop agent point-map`."""
     path = await _result(services, proposal_id)
-    return FileResponse(path, filename=f"{proposal_id}.zip", media_type="application/zip")
+    headers = {"Content-Disposition": f'attachment; filename="{proposal_id}.zip"', **_CACHE}
+    content = await services.offload.run(path.read_bytes)
+    return Response(content, media_type="application/zip", headers=headers)
 
 
 @router.post(
@@ -198,8 +197,14 @@ async def dismiss_map_proposal(proposal_id: ProposalId, body: Decision, command:
 
 
 async def _store_tiles(services: Services, proposal_id: str, note: str, by: str) -> None:
-    """The proposed map as a complete version beside the one in force; a repeat changes nothing."""
-    proposal = await services.transactions.read(lambda uow: map_proposals.publishable(uow, proposal_id))
+    """The proposed map as a complete version beside the one in force; a repeat changes nothing.
+
+    Of one that cannot be published nothing is stored: the transaction that follows says why, or that it was.
+    """
+    proposal = await services.transactions.read(lambda uow: map_proposals.proposal_of(uow, proposal_id))
+    if proposal.state != "ready":
+        return
+    await services.transactions.read(lambda uow: map_proposals.publishable(uow, proposal_id))
     path = await _fetched(services, proposal)
     folder = FilePath(await services.offload.run(lambda: tempfile.mkdtemp(prefix="campusloop-proposal-")))
     try:

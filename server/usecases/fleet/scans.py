@@ -176,6 +176,8 @@ def _check_area(uow: UnitOfWork, outline: tuple[Corner, ...]) -> None:
     network = uow.network()
     if not outline:
         return
+    if len(outline) < 3:
+        raise ScanAreaInvalid("an area has at least three corners; without any it is the whole campus")
     area = _polygon(outline)
     if not area.is_valid or area.area < AREA_M2_MIN:
         raise ScanAreaInvalid("the area crosses itself, or is smaller than a parking place")
