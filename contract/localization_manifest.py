@@ -26,7 +26,7 @@ MAP_BYTES_MAX = 8 << 30
 
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 # Below the map's folder, and a name that every disk takes.
-_FILE = re.compile(r"tiles/[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
+_FILE = re.compile(r"tiles/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}")
 
 
 class TileFile(msgspec.Struct, frozen=True):

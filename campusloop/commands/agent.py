@@ -65,6 +65,9 @@ def enrol(
     point_map: Annotated[
         Path | None, typer.Option(help="Point map to compare the lidar's scans with (folder); copied.")
     ] = None,
+    by_scans: Annotated[
+        bool, typer.Option(help="Compare scans with the localization map that the server has in force.")
+    ] = False,
 ) -> None:
     """Create the vehicle's key and enrol it with the server, once."""
     vehicle = VehicleFile(
@@ -77,10 +80,13 @@ def enrol(
         scan_ring=str(scan_ring),
         server_certificate=certificate,
         cameras=cameras,
+        by_scans=by_scans,
     )
     try:
         road_map = load_map(campus_map)
         chosen = Profile() if profile is None else load_profile(profile)
+        if by_scans:
+            _check_stack(chosen.stack)
         if point_map is not None:
             _check_point_map(point_map, road_map, chosen)
         key = load_or_create_key(folder / "key.pem")
@@ -137,13 +143,13 @@ def run(
             if sensors is not None and sensors.file.receivers:
                 # Says now what to install, and not from a process that ends again and again.
                 GnssReceiver()
-            if files.checked_point_map() is not None:
+            if files.checked_point_map() is not None or files.vehicle().by_scans:
                 _check_stack(files.profile().stack)
             hmi_devices = files.hmi_devices()
             for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
         stacks = {AgentFolder(folder).profile().stack for folder in folders}
-        by_scans = any(AgentFolder(folder).point_map.exists() for folder in folders)
+        by_scans = any(AgentFolder(folder).localizes_by() is not None for folder in folders)
         groups = {group for stack in stacks for group in for_vehicle(stack, by_scans=by_scans)}
         ensure_kernels(tuple(sorted(groups)))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:

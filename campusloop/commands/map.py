@@ -1,4 +1,4 @@
-"""`campusloop map`: build road maps, check them, and write them in the formats of others."""
+"""`campusloop map`: build road maps, check them, write them in others' formats; send localization maps."""
 
 import csv
 import itertools
@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from campusloop.commands.map_upload import upload
 from contract.roads.load import MapError, encode_map, load_map
 from contract.roads.model import Lane, RoadMap
 from contract.roads.validate import problems
@@ -20,7 +21,9 @@ from server.feeds.roads.import_osm import ImportOptions, ImportReport
 from server.feeds.roads.osm.osm_file import Bounds
 from server.feeds.roads.schematic import snow_lion_map
 
-app = typer.Typer(help="Build road maps, and check them.", no_args_is_help=True)
+app = typer.Typer(help="Build road maps and check them; send localization maps.", no_args_is_help=True)
+
+app.command("upload")(upload)
 
 _BAD_INPUT = 2
 _DEFECTS = 1

@@ -31,13 +31,17 @@ PROFILE_ATTACHMENT = "profile.msgpack"
 HEADER_METADATA = "campusloop.run"
 
 
+NO_LOCALIZATION_MAP = "none"
+
+
 class RunHeader(msgspec.Struct, frozen=True):
     """first_tick is the tick that the segment's first record holds; the attached state is the one before it.
 
     utc_offset_ns   UTC minus the vehicle's monotonic clock, as known when the segment began; log times are
                     stamp_ns + utc_offset_ns
     head_sha256     over the attachments; the writer fills it in
-    localization_map  version of the map that scans were compared with, "" for none
+    localization_map  version of the map that scans were compared with; `NO_LOCALIZATION_MAP` of a vehicle
+                    that waits for its map, "" of one that compares no scans
     """
 
     vehicle_id: str

@@ -7,6 +7,7 @@ import msgspec
 from contract.geometry import Pose2
 from contract.wire.base import Message
 from contract.wire.bounds import ArcLength, Count, Distance, Id, LongText, PlaceId, Places, StampNs
+from contract.wire.localization_maps import LocalizationMapFailure
 from contract.wire.maps import MapFailure
 from contract.wire.orders import VisitState
 from contract.wire.reasons import FaultCode, HoldReason
@@ -145,6 +146,20 @@ class ScansReported(Event, frozen=True, tag="scans_reported"):
     detail: LongText = ""
 
 
+class LocalizationMapStored(Event, frozen=True, tag="localization_map_stored"):
+    """The vehicle has all tiles, and changes over when it stands. Only after `LocalizationMapPublished`."""
+
+    map_version: Id
+
+
+class LocalizationMapFailed(Event, frozen=True, tag="localization_map_failed"):
+    """The vehicle keeps the localization map that it has, and tries again. As `LocalizationMapStored`."""
+
+    map_version: Id
+    code: LocalizationMapFailure
+    detail: LongText = ""
+
+
 VehicleEvent = (
     VisitChanged
     | DoorsChanged
@@ -164,6 +179,8 @@ VehicleEvent = (
     | DestinationRequested
     | MapChangeFailed
     | ScansReported
+    | LocalizationMapStored
+    | LocalizationMapFailed
 )
 
 

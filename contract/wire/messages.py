@@ -24,6 +24,8 @@ from contract.wire.events import (
     EventsAcknowledged,
     FaultRaised,
     HelpRequested,
+    LocalizationMapFailed,
+    LocalizationMapStored,
     MapChangeFailed,
     ModeChanged,
     RiderAlighted,
@@ -38,6 +40,7 @@ from contract.wire.events import (
     VisitChanged,
 )
 from contract.wire.infrastructure import Presence, PresenceRefused, PresenceReport
+from contract.wire.localization_maps import LocalizationMapPublished
 from contract.wire.maps import MapPublished
 from contract.wire.onboard_scene import LimitAhead, OnboardScene, PathTimes, PathTrack, RoomTime, TickTimes
 from contract.wire.orders import (
@@ -110,6 +113,9 @@ __all__ = (
     "Hello",
     "HelpRequested",
     "LimitAhead",
+    "LocalizationMapFailed",
+    "LocalizationMapPublished",
+    "LocalizationMapStored",
     "LocalizationReport",
     "MapChangeFailed",
     "MapPublished",
@@ -169,5 +175,6 @@ ServerMessage = (
     | EventsAcknowledged
     | MapPublished
     | ScansRequested
+    | LocalizationMapPublished
     | Goodbye
 )

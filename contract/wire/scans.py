@@ -30,7 +30,12 @@ ScanState = Literal[
     "keeper_silent",
 ]
 
-Corner = tuple[Coordinate, Coordinate]
+
+class AreaCorner(msgspec.Struct, frozen=True, array_like=True):
+    """Map frame."""
+
+    x_m: Coordinate
+    y_m: Coordinate
 
 
 class ScanArea(msgspec.Struct, frozen=True):
@@ -43,7 +48,7 @@ class ScanArea(msgspec.Struct, frozen=True):
     """
 
     request_id: Id
-    outline: Annotated[tuple[Corner, ...], msgspec.Meta(max_length=CORNERS_MAX)]
+    outline: Annotated[tuple[AreaCorner, ...], msgspec.Meta(max_length=CORNERS_MAX)]
     every_m: Distance
     bytes_max: Count
     until_ns: StampNs

@@ -17,6 +17,7 @@ from contract.wire.bounds import (
     StampNs,
 )
 from contract.wire.events import EventLogState
+from contract.wire.localization_maps import LocalizesBy
 from contract.wire.orders import OrderProgress
 
 # 2: a vehicle takes `MapPublished`.
@@ -42,6 +43,8 @@ class Hello(Message, frozen=True, tag="hello"):
     boot_id      whose numbers the events have
     run_boot_id  under which the vehicle records now: its agent may number events and record in two processes;
                  "" for an agent with one
+    localizes_by, localization_map  the kind of map that it compares its scans with, and which version; "" for
+                 none. An agent that names a kind takes `LocalizationMapPublished`
     understands  the kinds of `Command` among `LATER_KINDS`, and the tags of later messages, that this agent
                  can read
     """
@@ -61,6 +64,8 @@ class Hello(Message, frozen=True, tag="hello"):
     wheelchair_places: Places = 0
     understands: Annotated[tuple[ShortText, ...], msgspec.Meta(max_length=UNDERSTOOD_MAX)] = ()
     run_boot_id: Id = ""
+    localizes_by: LocalizesBy = ""
+    localization_map: Id = ""
 
 
 def signed_hello(nonce: str, vehicle_id: str, boot_id: str, protocol: int) -> bytes:

@@ -91,4 +91,6 @@ def facts_of(hello: Hello) -> HelloFacts:
         seats=hello.seats,
         wheelchair_places=hello.wheelchair_places,
         run_boot_id=hello.run_boot_id,
+        localizes_by=hello.localizes_by,
+        localization_map=hello.localization_map,
     )

@@ -16,7 +16,7 @@ from contract.tracing import rides_of
 from contract.wire.bounds import LONG_CHARACTERS_MAX
 from contract.wire.close_reasons import CloseCode, close_reason
 from contract.wire.codec import encode
-from contract.wire.maps import MAPS_SINCE_PROTOCOL, MapPublished
+from contract.wire.maps import MAPS_SINCE_PROTOCOL
 from contract.wire.messages import (
     EventLogState,
     FleetVehicle,
@@ -49,9 +49,16 @@ from server.fleet.actions import (
 from server.fleet.backlog import Backlog
 from server.fleet.hello import facts_of
 from server.fleet.link_ports import LinkPorts, Transport
-from server.fleet.sent_messages import SentMessages
+from server.fleet.sent_messages import Announcement, SentMessages
 from server.fleet.session import Actions, VehicleSession
-from server.usecases.fleet import map_changes, quarantine, scans, vehicle_sessions, vehicles
+from server.usecases.fleet import (
+    localization_changes,
+    map_changes,
+    quarantine,
+    scans,
+    vehicle_sessions,
+    vehicles,
+)
 from server.usecases.orders import orders, outbox
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import audit
@@ -344,7 +351,7 @@ class Link:
 
     def _waiting_messages(
         self, uow: UnitOfWork
-    ) -> tuple[outbox.Outbox, MapPublished | None, ScansRequested | None]:
+    ) -> tuple[outbox.Outbox, list[Announcement], ScansRequested | None]:
         published = map_changes.announcement(uow, self.vehicle_id, self._sent.announced)
         if published is not None and self.session.protocol < MAPS_SINCE_PROTOCOL:
             map_changes.note_old_agent(uow, self.vehicle_id)
@@ -353,7 +360,11 @@ class Link:
         if areas is not None and SCANS_REQUESTED not in self.session.understands:
             scans.note_old_agent(uow, self.vehicle_id, areas)
             areas = None
-        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), published, areas
+        told: list[Announcement] = [] if published is None else [published]
+        by_scans = localization_changes.announcement(uow, self.vehicle_id, self._sent.announced_localization)
+        if by_scans is not None:
+            told.append(by_scans)
+        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), told, areas
 
     # ---------------------------------------------------------------- waiting, and the end
 

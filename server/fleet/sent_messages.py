@@ -1,7 +1,10 @@
 """What one session has sent: changes are sent at once, unanswered messages again after a while."""
 
+from collections.abc import Sequence
+
 from contract.wire.messages import (
     Grants,
+    LocalizationMapPublished,
     MapPublished,
     Order,
     ScanArea,
@@ -12,16 +15,18 @@ from contract.wire.messages import (
 from server.usecases.orders.outbox import Outbox
 
 REPEAT_AFTER_NS = 3_000_000_000
+Announcement = MapPublished | LocalizationMapPublished
 
 
 class SentMessages:
     """Chooses from an outbox what to send now. Repeats are harmless to the vehicle."""
 
-    __slots__ = ("_grants", "_scans", "_sent_ns", "announced", "unanswered")
+    __slots__ = ("_grants", "_scans", "_sent_ns", "announced", "announced_localization", "unanswered")
 
     def __init__(self) -> None:
-        """announced: the map version that the vehicle was told of last, "" for none."""
+        """The versions that the vehicle was told of last, "" for none."""
         self.announced = ""
+        self.announced_localization = ""
         self._sent_ns: dict[str, int] = {}
         self._grants: tuple[str, tuple[SectionGrant, ...]] = ("", ())
         self._scans: tuple[ScanArea, ...] = ()
@@ -31,12 +36,12 @@ class SentMessages:
         self,
         outbox: Outbox,
         now_ns: int,
-        published: MapPublished | None = None,
+        published: Sequence[Announcement] = (),
         scans: ScansRequested | None = None,
     ) -> list[ServerMessage]:
         """Orders before grants. Afterwards `unanswered` says whether something waits for an answer.
 
-        published: the map in force, for a vehicle that drives by another one
+        published: the maps in force, for a vehicle that has others
         scans: all open requests, for a vehicle that can keep scans; a session begins without any
         """
         messages: list[ServerMessage] = []
@@ -54,8 +59,11 @@ class SentMessages:
         if scans is not None and scans.areas != self._scans:
             messages.append(scans)
             self._scans = scans.areas
-        if published is not None:
-            self.announced = published.map_version
+        for told in published:
+            if isinstance(told, MapPublished):
+                self.announced = told.map_version
+            else:
+                self.announced_localization = told.map_version
         self._sent_ns, self.unanswered = still, bool(still)
         return messages
 
@@ -67,10 +75,9 @@ class SentMessages:
             self._grants = (message.order_id, message.sections)
 
 
-def _keyed(outbox: Outbox, published: MapPublished | None) -> list[tuple[str, ServerMessage]]:
+def _keyed(outbox: Outbox, published: Sequence[Announcement]) -> list[tuple[str, ServerMessage]]:
     keyed: list[tuple[str, ServerMessage]] = []
-    if published is not None:
-        keyed.append((f"map {published.map_version}", published))
+    keyed += [(f"map {told.map_version}", told) for told in published]
     if outbox.order is not None:
         keyed.append((f"order {outbox.order.order_id} {outbox.order.revision}", outbox.order))
     keyed += [(f"command {command.command_id}", command) for command in outbox.commands]

@@ -10,18 +10,17 @@ from contract.roads.model import RoadMap
 from contract.roads.validate import problems
 from contract.wire.maps import MapFailure, MapPublished, map_path, signed_map_request
 from contract.wire.upload import SIGNATURE_HEADER
+from vehicle_agent.link.not_taken import NotTaken
 
 # Between two parts of the answer: a server that dies in the middle is noticed.
 TIMEOUT_S = 20.0
 
 
-class MapNotTaken(Exception):
-    """The vehicle keeps the map that it has: a stable code, and what was wrong."""
+class MapNotTaken(NotTaken):
+    """The vehicle keeps the road map that it has."""
 
     def __init__(self, code: MapFailure, detail: str) -> None:
-        super().__init__(f"{code}: {detail}")
-        self.code: MapFailure = code
-        self.detail = detail
+        super().__init__(code, detail)
 
 
 async def download_map(

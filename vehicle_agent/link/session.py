@@ -10,6 +10,7 @@ import msgspec
 
 from contract.wire.close_reasons import CloseCode
 from contract.wire.codec import decode_from_server, encode
+from contract.wire.localization_maps import LocalizesBy
 from contract.wire.messages import (
     LATER_KINDS,
     PROTOCOL_VERSION,
@@ -22,6 +23,7 @@ from contract.wire.messages import (
     Goodbye,
     Grants,
     Hello,
+    LocalizationMapPublished,
     MapPublished,
     Message,
     OnboardScene,
@@ -56,6 +58,7 @@ class Identity(msgspec.Struct, frozen=True):
     boot_id      of the process that numbers events
     run_boot_id  of the run that is recorded, "" if that is the same
     understands  later kinds of messages that this agent can read, and act on
+    localizes_by, localization_map  the kind of map that scans are compared with, and which; "" for none
     """
 
     vehicle_id: str
@@ -67,6 +70,8 @@ class Identity(msgspec.Struct, frozen=True):
     wheelchair_places: int
     run_boot_id: str = ""
     understands: tuple[str, ...] = LATER_KINDS
+    localizes_by: LocalizesBy = ""
+    localization_map: str = ""
 
 
 class VehicleSession:
@@ -91,6 +96,7 @@ class VehicleSession:
         self._messages: list[LinkMessage] = []
         self._published: MapPublished | None = None
         self._scans: ScansRequested | None = None
+        self._published_localization: LocalizationMapPublished | None = None
         self._sent: dict[str, int] = {}
         self._received_ns = 0
         self._probed_ns = 0
@@ -133,6 +139,8 @@ class VehicleSession:
                 self._published = message
             elif isinstance(message, ScansRequested):
                 self._scans = message
+            elif isinstance(message, LocalizationMapPublished):
+                self._published_localization = message
             else:
                 self._queue(message)
 
@@ -169,6 +177,11 @@ class VehicleSession:
         """The open requests for scans that the server has sent last, once for each time."""
         scans, self._scans = self._scans, None
         return scans
+
+    def take_published_localization_map(self) -> LocalizationMapPublished | None:
+        """The localization map that the server has announced last, once for each time."""
+        published, self._published_localization = self._published_localization, None
+        return published
 
     # ------------------------------------------------------------ the vehicle's side
 
@@ -217,6 +230,8 @@ class VehicleSession:
             wheelchair_places=identity.wheelchair_places,
             understands=identity.understands,
             run_boot_id=identity.run_boot_id,
+            localizes_by=identity.localizes_by,
+            localization_map=identity.localization_map,
         )
         self._send(hello)
 

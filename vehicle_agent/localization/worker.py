@@ -10,7 +10,7 @@ from typing import Protocol
 import msgspec
 
 from contract.geometry import compose, inverse
-from vehicle_agent.signals import LocalizationJob, ScanAnswer
+from vehicle_agent.signals import LocalizationJob, ScanAnswer, ScanUnplaced
 from vehicle_agent.signals.point_cloud import PointCloud
 from vehicle_agent.signals.pose_history import pose_at
 
@@ -29,6 +29,14 @@ class ScanMatcher(Protocol):
         cloud  points in the base frame at its stamp; job: the vehicle at that stamp
         """
         ...
+
+
+class NoMap:
+    """The matcher of a vehicle that waits for its map: every scan is unplaced, and GNSS goes on alone."""
+
+    def step(self, cloud: PointCloud, job: LocalizationJob) -> ScanAnswer:
+        del job
+        return ScanUnplaced(cloud.stamp_ns, "no_map")
 
 
 class LocalizationWorker:

@@ -71,6 +71,10 @@ class VehicleComputer:
         self._car = car if self._stopwatch is None else self._stopwatch.timed(car)
         self.state, self._recorder = state, recorder
 
+    def begin_run(self, recorder: Recorder | None) -> None:
+        """From the next tick on, a run log of its own: the rooms go on, something beside them has changed."""
+        self._recorder = recorder
+
     def begin_segment(self) -> None:
         """The next tick's entries begin a segment of the run log, for some of the last ones were lost."""
         if self._recorder is not None:

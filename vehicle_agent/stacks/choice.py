@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from contract.localization_manifest import LocalizationMapKind
 from contract.occupancy.tile_files import OccupancyTilesIndex
 from contract.point_map.map_files import PointMapIndex
 from contract.roads.model import Origin, RoadMap
@@ -27,7 +28,8 @@ LOCALIZING_STACKS = frozenset({"nus", "snow_lion"})
 def build_car(profile: Profile, road_map: RoadMap, localization_map: str = "") -> Car:
     """The rooms of the profile's stack on one map; control is that of `driving.identification_drive` if set.
 
-    localization_map  version of the map that a worker compares scans with; "": localization needs none
+    localization_map  version of the map that a worker compares scans with, or `NO_LOCALIZATION_MAP`;
+                      "": localization needs none
     ProfileError for a stack that this version lacks, for waypoint files that cannot be driven, and for a
     localization map that the stack has no use for.
     """
@@ -99,6 +101,13 @@ def checked_localization_map(
         if profile.stack == "nus"
         else scan_map.checked_index(folder, origin)
     )
+
+
+def localization_kind(stack: str) -> LocalizationMapKind | None:
+    """The kind of map that a stack compares scans with; None for one that compares none."""
+    if stack not in LOCALIZING_STACKS:
+        return None
+    return "occupancy" if stack == "nus" else "points"
 
 
 def warm_localization(profile: Profile) -> None:

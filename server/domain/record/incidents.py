@@ -24,6 +24,7 @@ class IncidentKind(StrEnum):
     BATTERY_LOW = "battery_low"
     RIDER_DID_NOT_ALIGHT = "rider_did_not_alight"
     MAP_NOT_CHANGED = "map_not_changed"
+    LOCALIZATION_MAP_NOT_CHANGED = "localization_map_not_changed"
     NO_RESTING_PLACE = "no_resting_place"
     ROAD_CLOSED = "road_closed"
     ORDER_REJECTED = "order_rejected"
@@ -54,6 +55,7 @@ PRIORITY: Mapping[IncidentKind, int] = {
     IncidentKind.MAP_NOT_CHANGED: 34,
     IncidentKind.NO_RESTING_PLACE: 35,
     IncidentKind.ROAD_CLOSED: 36,
+    IncidentKind.LOCALIZATION_MAP_NOT_CHANGED: 37,
     IncidentKind.ORDER_REJECTED: 40,
     IncidentKind.RIDE_FAILED: 41,
     IncidentKind.DEPARTURE_MISSED: 42,

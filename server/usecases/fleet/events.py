@@ -12,6 +12,8 @@ from contract.wire.messages import (
     DoorsChanged,
     FaultRaised,
     HelpRequested,
+    LocalizationMapFailed,
+    LocalizationMapStored,
     MapChangeFailed,
     ModeChanged,
     RiderAlighted,
@@ -30,7 +32,7 @@ from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import WAITING, RideState
-from server.usecases.fleet import cabin_requests, conditions, map_changes, scans
+from server.usecases.fleet import cabin_requests, conditions, localization_changes, map_changes, scans
 from server.usecases.orders import orders, sections, visits
 from server.usecases.planning import plans
 from server.usecases.ports import topics
@@ -154,6 +156,10 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, event: RecordedEvent) -> Non
             map_changes.change_failed(uow, vehicle, body)
         case ScansReported():
             scans.scans_reported(uow, vehicle_id, body)
+        case LocalizationMapStored():
+            localization_changes.map_stored(uow, vehicle, body)
+        case LocalizationMapFailed():
+            localization_changes.change_failed(uow, vehicle, body)
         case SeatButtonPressed():
             conditions.seat_button(uow, vehicle, body)
         case CommandDone():

@@ -20,9 +20,11 @@ from server.domain.errors import (
     LocalizationTileUnknown,
     TooManyLocalizationMaps,
 )
+from server.domain.record.incidents import IncidentKind
 from server.domain.roads.localization_maps import LocalizationMap
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.incidents import clear_incident
 from server.usecases.record.server_events import record_event
 
 # Of one campus, of both kinds. Versions that differ in some tiles share the others.
@@ -153,6 +155,7 @@ def activate(uow: UnitOfWork, map_version: str, by: str) -> LocalizationMap:
     record_event(uow, "map.localization_activated", map_version, by, stored.note)
     for vehicle in uow.vehicles.all():
         if vehicle.localizes_by == stored.kind:
+            clear_incident(uow, IncidentKind.LOCALIZATION_MAP_NOT_CHANGED, vehicle.vehicle_id)
             uow.vehicles.save(replace(vehicle, localization_change=""))
             uow.publish(topics.vehicle_outbox(uow.campus_id, vehicle.vehicle_id))
     return stored

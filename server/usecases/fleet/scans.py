@@ -11,6 +11,7 @@ from contract.localization_maps import is_same_frame
 from contract.scan_parcels.parcels import ParcelHeader
 from contract.wire.bounds import LONG_CHARACTERS_MAX
 from contract.wire.messages import ScanArea, ScansReported, ScansRequested
+from contract.wire.scans import AreaCorner
 from server.domain.errors import (
     ParcelRefused,
     ScanAreaInvalid,
@@ -90,7 +91,13 @@ def end_request(uow: UnitOfWork, request_id: str, by: str, reason: EndReason = "
 def requested_areas(uow: UnitOfWork, epoch: int) -> ScansRequested:
     """What vehicles are told: all requests that are open now, each with what may still come for it."""
     areas = tuple(
-        ScanArea(one.request_id, one.outline, one.every_m, one.bytes_max, ns_of(one.until))
+        ScanArea(
+            one.request_id,
+            tuple(AreaCorner(x_m, y_m) for x_m, y_m in one.outline),
+            one.every_m,
+            one.bytes_max,
+            ns_of(one.until),
+        )
         for one in uow.scans.open_at(uow.now)
     )
     return ScansRequested(epoch, areas)

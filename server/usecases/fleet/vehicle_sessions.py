@@ -8,12 +8,14 @@ from datetime import timedelta
 import msgspec
 
 from contract.roads.network import AT_SEA_M, RoadNetwork
+from contract.wire.localization_maps import LocalizesBy
 from contract.wire.messages import EventLogState, OrderProgress, Status
 from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
 from server.usecases.fleet.conditions import with_availability, with_mode
+from server.usecases.fleet.localization_changes import with_localization_map
 from server.usecases.fleet.map_changes import with_reported_map
 from server.usecases.fleet.vehicles import stand_on
 from server.usecases.orders import orders, visits
@@ -39,6 +41,8 @@ class HelloFacts:
     seats: int
     wheelchair_places: int
     run_boot_id: str = ""
+    localizes_by: LocalizesBy = ""
+    localization_map: str = ""
 
 
 def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
@@ -58,11 +62,13 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
         map_version=hello.map_version,
         seats=hello.seats,
         wheelchair_places=hello.wheelchair_places,
+        localizes_by=hello.localizes_by,
+        localization_map=hello.localization_map,
     )
     if hello.boot_id != vehicle.boot_id:
         # After a start a vehicle stands and is held, whatever it was before.
         opened = with_mode(uow, replace(opened, hold_ends=None), "held")
-    opened = with_availability(uow, with_reported_map(uow, opened))
+    opened = with_availability(uow, with_localization_map(uow, with_reported_map(uow, opened)))
     uow.vehicles.save(opened)
     uow.vehicles.heard(hello.vehicle_id, uow.now)
     begin_run(uow, opened, hello.run_boot_id or hello.boot_id)

@@ -2,6 +2,8 @@
 
 from typing import TypeVar
 
+import msgspec
+
 from campusloop.virtual.pipes import Pipe
 from contract.geometry import Pose2
 from contract.wire.codec import decode_from_server, encode
@@ -66,19 +68,20 @@ class SpokenVehicle:
         logs: tuple[EventLogState, ...] = (),
         protocol: int = 1,
         understands: tuple[str, ...] = LATER_KINDS,
+        **fields: object,
     ) -> "SpokenVehicle":
-        self.say(
-            a_hello(
-                self.last(Challenge).nonce,
-                self.vehicle_id,
-                self.boot_id,
-                VehicleKeyPair(self.vehicle_id),
-                protocol,
-                snow_lion().map_version,
-                logs,
-                understands,
-            )
+        """fields: of the hello, which its signature does not cover"""
+        hello = a_hello(
+            self.last(Challenge).nonce,
+            self.vehicle_id,
+            self.boot_id,
+            VehicleKeyPair(self.vehicle_id),
+            protocol,
+            snow_lion().map_version,
+            logs,
+            understands,
         )
+        self.say(msgspec.structs.replace(hello, **fields))
         return self
 
     def say(self, message: Message | bytes) -> None:

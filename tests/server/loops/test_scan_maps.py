@@ -65,16 +65,15 @@ pathlib.Path({str(tmp_path / "pid")!r}).write_text(str(os.getpid()))
 print(json.dumps({{"stage": "odometry", "percent": 1}}), flush=True)
 time.sleep(60)
 """
-    told: list[str] = []
 
     async def stop() -> None:
+        told = asyncio.Event()
         builder = program(tmp_path, text)
         work = asyncio.ensure_future(
-            builder.build(tmp_path, None, tmp_path / "map", lambda stage, _: told.append(stage))
+            builder.build(tmp_path, None, tmp_path / "map", lambda _stage, _percent: told.set())
         )
         async with asyncio.timeout(20.0):
-            while not told:
-                await asyncio.sleep(0.01)
+            await told.wait()
         work.cancel()
         await asyncio.gather(work, return_exceptions=True)
 

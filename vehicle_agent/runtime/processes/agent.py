@@ -23,6 +23,7 @@ from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
 from vehicle_agent.localization.scan_map.stored_map import is_of_place
+from vehicle_agent.localization.worker import LocalizationWorker, NoMap
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import Car, initial_state
 from vehicle_agent.runtime.code_mask import CodeMask
@@ -35,6 +36,7 @@ from vehicle_agent.runtime.processes.gate_process import GateProcess
 from vehicle_agent.runtime.processes.lidar_process import LidarProcess
 from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
 from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
+from vehicle_agent.runtime.processes.localization_switch import LocalizationSwitch
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
@@ -90,7 +92,7 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
     localizers = [
         Job(f"localization {name}", run_localization, (place,))
         for name, place in zip(names, places, strict=True)
-        if AgentFolder(place.folder).point_map.exists()
+        if AgentFolder(place.folder).localizes_by() is not None
     ]
     gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
     ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
@@ -166,12 +168,20 @@ def run_localization(place: AgentPlace) -> None:
     files = AgentFolder(place.folder)
     vehicle = files.vehicle()
     profile = files.profile()
-    worker = build_localization_worker(profile, files.point_map)
     ring = Path(vehicle.scan_ring)
     if profile.stack == "nus":
         ring = planar_ring_path(ring)
     with closing(place.clock.open(f"localization {vehicle.vehicle_id}")) as clock:
-        LocalizationProcess(place.mail, ring, worker, clock).run(partial(warm_localization, profile))
+        process = LocalizationProcess(place.mail, ring, partial(_localization_worker, files), clock)
+        process.run(partial(warm_localization, profile))
+
+
+def _localization_worker(files: AgentFolder) -> LocalizationWorker:
+    """On the map in force, if it lies in the road map's frame."""
+    folder = files.localization.in_force()
+    if folder is None or not is_of_place(files.localization_index(folder), files.road_map().origin):
+        return LocalizationWorker(NoMap())
+    return build_localization_worker(files.profile(), folder)
 
 
 def run_hmi_devices(place: AgentPlace) -> None:
@@ -243,11 +253,11 @@ def run_tick(place: AgentPlace) -> None:
     """Runs the tick from a new boot: mission memory from disk, all other states initial."""
     files = AgentFolder(place.folder)
     vehicle, profile, road_map = files.vehicle(), files.profile(), files.road_map()
-    point_map = files.checked_point_map()
+    by_scans = files.localizes_by() is not None
+    scans = LocalizationSwitch(files, files.checked_point_map()) if by_scans else None
 
     def localization_map(road_map: RoadMap) -> str:
-        """The version of the point map, if it lies in the road map's frame."""
-        return point_map.map_version if point_map and is_of_place(point_map, road_map.origin) else ""
+        return "" if scans is None else scans.version_on(road_map)
 
     def rooms_on(road_map: RoadMap) -> Car:
         return build_car(profile, road_map, localization_map(road_map))
@@ -277,6 +287,8 @@ def run_tick(place: AgentPlace) -> None:
 
     computer = VehicleComputer(car, state, begin_run(road_map), offset_ns, TickStopwatch())
     maps = MapSwitch(files, rooms_on, begin_run)
+    if scans is not None:
+        scans.on_change(begin_run)
     outputs_port = DatagramPort()
     hmi_devices = files.hmi_devices()
     ports = (vehicle.hmi_port,) if hmi_devices is None else (vehicle.hmi_port, hmi_devices.port)
@@ -291,9 +303,13 @@ def run_tick(place: AgentPlace) -> None:
     with closing(clock):
         if vehicle.cameras:
             sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(place.mail, computer, sensors, show, clock, mask, _traced(place), cabin, maps).run()
+            TickProcess(
+                place.mail, computer, sensors, show, clock, mask, _traced(place), cabin, maps, scans
+            ).run()
         else:
-            TickProcess(place.mail, computer, devices, show, clock, mask, _traced(place), cabin, maps).run()
+            TickProcess(
+                place.mail, computer, devices, show, clock, mask, _traced(place), cabin, maps, scans
+            ).run()
 
 
 def _traced(place: AgentPlace) -> str:
@@ -314,6 +330,7 @@ def _linked(place: AgentPlace, clock: Clock, spans: Spans | None) -> LinkedVehic
         seats=profile.body.seats,
         wheelchair_places=profile.body.wheelchair_places,
         understands=(*LATER_KINDS, SCANS_REQUESTED),
+        localizes_by=files.localizes_by() or "",
     )
     return LinkedVehicle(
         folder=place.folder,

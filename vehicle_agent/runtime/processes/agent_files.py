@@ -7,7 +7,8 @@ speaking.toml     screens and loudspeaker, if this computer drives them (see `hm
 screen.toml       the onboard screen for passengers, if this computer serves one (see `screen_settings`)
 sensors.toml      lidars and receivers, if this computer reads them itself (see `sensors_file`)
 key.pem           the vehicle's key
-point-map/        the map that scans are compared with, if the vehicle has one
+point-map/        a map that scans are compared with, given by hand
+localization-maps/  maps that scans are compared with, fetched from the server (see `localization_files`)
 boot.count, link.count  numbers of starts of the tick and of the link
 outbox/           events and mission memory
 runs/BOOT/        run-log segments
@@ -18,18 +19,26 @@ import shutil
 from pathlib import Path
 
 import msgspec
+import structlog
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
+from contract.localization_manifest import LocalizationMapKind
+from contract.localization_maps import LocalizationMapError
+from contract.occupancy import tile_files as occupancy
 from contract.occupancy.tile_files import OccupancyTilesIndex
+from contract.point_map import map_files as points
 from contract.point_map.map_files import INDEX, PointMapIndex
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
+from vehicle_agent.runtime.processes.localization_files import LocalizationFiles
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 from vehicle_agent.runtime.sensors.sensors_file import SensorSettings, load_sensors
-from vehicle_agent.stacks.choice import checked_localization_map
+from vehicle_agent.stacks.choice import checked_localization_map, localization_kind
+
+log = structlog.get_logger()
 
 
 class AgentFolderError(Exception):
@@ -46,6 +55,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     hmi_port            loopback port of screen, speaker and doors
     scan_ring           file with the scans
     cameras             HOST:PORT on this vehicle's own network for reports of crossing cameras, "" for none
+    by_scans            compare scans with a map: the one that the server has in force, or one given by hand
     server_certificate  path of a certificate to trust, for a server with a self-signed one
     """
 
@@ -58,6 +68,7 @@ class VehicleFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scan_ring: str
     server_certificate: str = ""
     cameras: str = ""
+    by_scans: bool = False
 
 
 class AgentFolder:
@@ -68,7 +79,7 @@ class AgentFolder:
         self.outbox = root / "outbox"
         self.runs = root / "runs"
         self.scans = root / "scans"
-        self.point_map = root / "point-map"
+        self.localization = LocalizationFiles(root)
 
     def vehicle(self) -> VehicleFile:
         path = self.root / "vehicle.toml"
@@ -130,6 +141,7 @@ class AgentFolder:
         Raises LocalizationMapError for a damaged map, one of another place or kind, OSError.
         """
         index = checked_localization_map(self.profile(), source, self.road_map().origin)
+        point_map = self.localization.by_hand
         fresh, old = self.root / ".point-map.new", self.root / ".point-map.old"
         for folder in (fresh, old):
             shutil.rmtree(folder, ignore_errors=True)
@@ -138,24 +150,47 @@ class AgentFolder:
         for entry in index.tiles:
             (fresh / entry.file).parent.mkdir(exist_ok=True)
             shutil.copyfile(source / entry.file, fresh / entry.file)
-        if self.point_map.exists():
-            self.point_map.rename(old)
-        fresh.rename(self.point_map)
+        if point_map.exists():
+            point_map.rename(old)
+        fresh.rename(point_map)
+        self.localization.forget()
         shutil.rmtree(old, ignore_errors=True)
         return index
 
     def remove_point_map(self) -> None:
         """From the next start on the vehicle has GNSS/INS alone."""
-        shutil.rmtree(self.point_map, ignore_errors=True)
+        shutil.rmtree(self.localization.by_hand, ignore_errors=True)
+        shutil.rmtree(self.localization.root, ignore_errors=True)
+
+    def localizes_by(self) -> LocalizationMapKind | None:
+        """The kind of map that scans are compared with; None for GNSS/INS alone. Raises AgentFolderError."""
+        is_asked = self.vehicle().by_scans or self.localization.in_force() is not None
+        return localization_kind(self.profile().stack) if is_asked else None
+
+    def localization_index(self, folder: Path) -> PointMapIndex | OccupancyTilesIndex:
+        """The index of a map of the stack's kind; its tiles are not read. Raises LocalizationMapError."""
+        if localization_kind(self.profile().stack) == "occupancy":
+            return occupancy.read_index(folder)
+        return points.read_index(folder)
 
     def checked_point_map(self) -> PointMapIndex | OccupancyTilesIndex | None:
-        """The index of the point map with every tile checked; None for a vehicle that has none.
+        """The index of the map that scans are compared with, every tile checked; None if there is none.
 
-        Raises LocalizationMapError, MapError.
+        A fetched map that is damaged is removed, and the server sends it again.
+        Raises LocalizationMapError for one that was given by hand, MapError.
         """
-        if not self.point_map.exists():
+        folder = self.localization.in_force()
+        if folder is None:
             return None
-        return checked_localization_map(self.profile(), self.point_map, self.road_map().origin)
+        profile, road_map = self.profile(), self.road_map()
+        if self.localization.is_fetched():
+            try:
+                return checked_localization_map(profile, folder, road_map.origin)
+            except LocalizationMapError as error:
+                log.error("localization_map.damaged", folder=str(folder), error=str(error))
+                self.localization.discard_in_force()
+                return self.checked_point_map()
+        return checked_localization_map(profile, folder, road_map.origin)
 
     def save_next_map(self, map_version: str, data: bytes) -> None:
         """Writes a checked map beside the present one; others that wait there are gone.

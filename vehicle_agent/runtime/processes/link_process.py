@@ -15,11 +15,13 @@ import httpx
 import msgspec
 import structlog
 
+from contract.runlog.records import NO_LOCALIZATION_MAP
 from contract.tracing import Spans
 from contract.wire.messages import OrderProgress, ScanArea, ScansReported, VehicleEvent
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import signature_text
+from vehicle_agent.link.localization_download import LocalizationMapNotTaken
 from vehicle_agent.link.map_download import MapNotTaken
 from vehicle_agent.link.scan_uploads import ScanUploads
 from vehicle_agent.link.session import Identity
@@ -27,9 +29,12 @@ from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.runtime.order_tracing import LinkTracing
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.clock import Clock
+from vehicle_agent.runtime.processes.localization_changer import LocalizationChanger
 from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     Delivery,
+    LocalizationMapAnswer,
+    LocalizationMapOffer,
     Mailbox,
     MapAnswer,
     MapOffer,
@@ -117,6 +122,16 @@ class VehicleLink:
             self._report_event,
             self._ask_for_scans,
         )
+        self._scan_maps = None
+        if vehicle.identity.localizes_by:
+            self._scan_maps = LocalizationChanger(
+                vehicle.identity.vehicle_id,
+                files,
+                self._http,
+                lambda text: signature_text(key, text),
+                self._report_event,
+                self._offer_localization_map,
+            )
         url = config.server_url.replace("http", "ws", 1) + "/ws/vehicle"
         self._client = LinkClient(
             url,
@@ -126,6 +141,7 @@ class VehicleLink:
             self._tls,
             map_published=self._maps.announced,
             scans_requested=self._scans.requested,
+            localization_map_published=None if self._scan_maps is None else self._scan_maps.announced,
         )
 
     async def run(self) -> None:
@@ -139,6 +155,8 @@ class VehicleLink:
                 tasks.create_task(self._uploader.run())
                 tasks.create_task(self._maps.run())
                 tasks.create_task(self._scans.run())
+                if self._scan_maps is not None:
+                    tasks.create_task(self._scan_maps.run())
         finally:
             asyncio.get_running_loop().remove_reader(self._mailbox.fileno())
             self._write_log(self._log_files.close)
@@ -162,6 +180,8 @@ class VehicleLink:
                 self._take_map_answer(mail)
             if isinstance(mail, ScanReports):
                 self._scans.kept(tuple(_scans_reported(one) for one in mail.reports))
+            if isinstance(mail, LocalizationMapAnswer):
+                self._take_localization_answer(mail)
             if not isinstance(mail, TickReport):
                 continue
             if self._scans.areas:
@@ -181,8 +201,14 @@ class VehicleLink:
         for entry in report.entries:
             if isinstance(entry, SegmentBegin) and entry.header.boot_id != self._tick_boot_id:
                 session, header = self._bridge.session, entry.header
+                compared = "" if header.localization_map == NO_LOCALIZATION_MAP else header.localization_map
+                if self._scan_maps is not None:
+                    self._scan_maps.taken(compared)
                 session.identity = msgspec.structs.replace(
-                    session.identity, map_version=header.map_version, run_boot_id=header.boot_id
+                    session.identity,
+                    map_version=header.map_version,
+                    run_boot_id=header.boot_id,
+                    localization_map=compared,
                 )
                 if self._tick_boot_id:
                     self._client.reconnect()
@@ -237,6 +263,18 @@ class VehicleLink:
             self._maps.taken(answer.map_version)
         else:
             self._maps.refused(answer.map_version, MapNotTaken(answer.refusal, answer.detail))
+
+    def _offer_localization_map(self, map_version: str) -> None:
+        self._mailbox.post(self._tick, LocalizationMapOffer(map_version))
+
+    def _take_localization_answer(self, answer: LocalizationMapAnswer) -> None:
+        if self._scan_maps is None:
+            return
+        if answer.refusal is None:
+            self._scan_maps.taken(answer.map_version)
+        else:
+            refusal = LocalizationMapNotTaken(answer.refusal, answer.detail)
+            self._scan_maps.refused(answer.map_version, refusal)
 
     async def _report_event(self, event: VehicleEvent) -> None:
         """An event of the link's own, in the order of those of the tick."""

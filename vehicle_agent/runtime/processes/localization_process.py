@@ -15,7 +15,14 @@ import structlog
 from vehicle_agent.device_feed import Array32, DeviceFeedError, ScanReady, ScanRing
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.runtime.processes.clock import Clock
-from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, LocalizationJobs, Mailbox
+from vehicle_agent.runtime.processes.mailbox import (
+    Deliveries,
+    Delivery,
+    LocalizationJobs,
+    LocalizationMapAnswer,
+    Mailbox,
+    MapAnswer,
+)
 from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
 
 log = structlog.get_logger()
@@ -67,13 +74,16 @@ class NewScans:
 class LocalizationProcess:
     """Answers the newest scan only: while it works on one, others come and go."""
 
-    def __init__(self, mail: Path, scan_ring: Path, worker: LocalizationWorker, clock: Clock) -> None:
-        """mail: the folder of the vehicle's mailboxes."""
+    def __init__(
+        self, mail: Path, scan_ring: Path, load: Callable[[], LocalizationWorker], clock: Clock
+    ) -> None:
+        """mail: the folder of the vehicle's mailboxes; load: a worker on the map that is in force then."""
         self._mail = mail
         self._clock = clock
         self._mailbox = Mailbox(mail / SOURCE)
         self._scans = NewScans(scan_ring)
-        self._worker = worker
+        self._load = load
+        self._worker = load()
         self._stopping = False
 
     def run(self, warm: Callable[[], None]) -> None:
@@ -94,6 +104,10 @@ class LocalizationProcess:
             if isinstance(mail, LocalizationJobs):
                 for job in mail.jobs:
                     self._worker.take(job)
+            elif isinstance(mail, LocalizationMapAnswer | MapAnswer) and mail.refusal is None:
+                # The vehicle stands, so that the jobs of the last second may go with the former map.
+                self._worker = self._load()
+                log.info("localization.map_loaded")
         ready = self._scans.peek()
         if ready is None or not self._worker.is_ready(ready.stamp_ns):
             return

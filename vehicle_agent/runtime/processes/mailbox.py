@@ -15,6 +15,7 @@ import msgspec
 from contract.runlog.arrays import dec_hook, enc_hook
 from contract.scan_parcels.parcels import FixRow, PoseRow
 from contract.tracing import Span
+from contract.wire.localization_maps import LocalizationMapFailure
 from contract.wire.maps import MapFailure
 from contract.wire.scans import ScanArea
 from vehicle_agent.link.bridge import TickUpdate
@@ -115,6 +116,20 @@ class ScanReports(msgspec.Struct, frozen=True, tag="scan_reports"):
     reports: tuple[RequestReport, ...]
 
 
+class LocalizationMapOffer(msgspec.Struct, frozen=True, tag="localization_map_offer"):
+    """To the tick: change over to this map when the vehicle stands; "" withdraws what was offered before."""
+
+    map_version: str
+
+
+class LocalizationMapAnswer(msgspec.Struct, frozen=True, tag="localization_map_answer"):
+    """To the link and the localization worker: this map is in force on the vehicle; or not, and why."""
+
+    map_version: str
+    refusal: LocalizationMapFailure | None = None
+    detail: str = ""
+
+
 Mail = (
     Deliveries
     | Commands
@@ -128,6 +143,8 @@ Mail = (
     | ScanWork
     | ScanTrack
     | ScanReports
+    | LocalizationMapOffer
+    | LocalizationMapAnswer
 )
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)

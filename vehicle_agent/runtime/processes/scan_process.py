@@ -85,8 +85,10 @@ class _Vehicle:
 def frame_of(files: AgentFolder) -> VehicleFrame:
     """By what the vehicle drives. Raises OSError, MapError."""
     road_map = files.road_map()
-    index = files.point_map / "index.json"
-    version = str(json.loads(index.read_bytes()).get("map_version", "")) if index.exists() else ""
+    in_force = files.localization.in_force()
+    version = ""
+    if in_force is not None:
+        version = str(json.loads((in_force / "index.json").read_bytes()).get("map_version", ""))
     return VehicleFrame(
         files.vehicle().vehicle_id, road_map.campus_id, road_map.origin, road_map.map_version, version
     )

@@ -22,11 +22,13 @@ from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.order_tracing import TickTracing
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.link_mail import LinkMail
+from vehicle_agent.runtime.processes.localization_switch import LocalizationSwitch
 from vehicle_agent.runtime.processes.mailbox import (
     CabinUpdate,
     Commands,
     Deliveries,
     LocalizationJobs,
+    LocalizationMapOffer,
     Mail,
     Mailbox,
     MailedSpans,
@@ -119,11 +121,14 @@ class TickProcess:
         traced: str = "",
         cabin: CabinReporter | None = None,
         maps: MapSwitch | None = None,
+        scans: LocalizationSwitch | None = None,
     ) -> None:
         """mail: the folder of the vehicle's mailboxes; traced: the vehicle, if its rides are traced.
 
-        cabin: None for a vehicle without an onboard screen; maps: None for one whose map never changes
+        cabin: None for a vehicle without an onboard screen; maps: None for one whose map never changes;
+        scans: None for one that compares no scans with a map
         """
+        self._scans = scans
         self._cabin = cabin
         self._maps = maps
         self._mail = mail
@@ -158,6 +163,7 @@ class TickProcess:
             outputs = self._computer.run_tick(self._inbox.drain(), now_ns, pacer.late_ns)
             self._send_outputs(outputs, now_ns)
             self._change_map(outputs)
+            self._change_localization_map()
         self._mailbox.close()
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
@@ -172,6 +178,8 @@ class TickProcess:
                     self._inbox.put(delivery.arrival_ns, delivery.source, delivery.body)
             elif isinstance(mail, MapOffer) and self._maps is not None:
                 self._maps.offer(mail.map_version)
+            elif isinstance(mail, LocalizationMapOffer) and self._scans is not None:
+                self._scans.offer(mail.map_version)
         now_ns = self._clock.now_ns()
         for source, body in self._sensors.poll():
             self._inbox.put(now_ns, source, body)
@@ -208,6 +216,14 @@ class TickProcess:
         self._mailbox.post(self._mail / "link", answer)
         if self._cabin is not None:
             self._mailbox.post(self._mail / "screen", answer)
+        if self._scans is not None:
+            self._mailbox.post(self._mail / "localization", answer)
+
+    def _change_localization_map(self) -> None:
+        answer = None if self._scans is None else self._scans.poll(self._computer)
+        if answer is not None:
+            self._mailbox.post(self._mail / "localization", answer)
+            self._mailbox.post(self._mail / "link", answer)
 
     def _note_lost(self, mail: Mail) -> None:
         self._link_mail.note_lost(mail)

@@ -100,7 +100,7 @@ class RequestKeeper:
         self.area = area
         self._folder = folder
         self._prefix = drive_prefix
-        self._outline = np.array(area.outline, dtype=np.float64).reshape(-1, 2)
+        self._outline = np.array([(corner.x_m, corner.y_m) for corner in area.outline]).reshape(-1, 2)
         self.totals = _read_totals(folder)
         self.state: ScanState = "waiting"
         self.detail = ""

@@ -46,7 +46,7 @@ def test_a_vehicle_hears_of_the_area_at_once_and_again_when_it_is_over(
     assert (asked.status_code, asked.json()["state"]) == (201, "open")
     server.elapse(0.2)
     (area,) = vehicle.last(ScansRequested).areas
-    assert [list(corner) for corner in area.outline] == AREA
+    assert [[corner.x_m, corner.y_m] for corner in area.outline] == AREA
     assert (area.request_id, area.every_m, area.bytes_max) == (asked.json()["request_id"], 0.7, 3 * MIB)
     until_s = area.until_ns * 1e-9 - server.clock.now().timestamp()
     assert until_s == pytest.approx(7200.0, abs=2.0)

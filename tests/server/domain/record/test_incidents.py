@@ -40,6 +40,7 @@ def test_people_come_before_danger_on_the_road_before_shuttles_that_stand_before
             K.BATTERY_LOW,
         ),
         *(K.RIDER_DID_NOT_ALIGHT, K.MAP_NOT_CHANGED, K.NO_RESTING_PLACE, K.ROAD_CLOSED),
+        K.LOCALIZATION_MAP_NOT_CHANGED,
         *(K.ORDER_REJECTED, K.RIDE_FAILED),
         *(K.DEPARTURE_MISSED, K.PROMISE_BROKEN, K.TRIPS_UNSERVED, K.SEAT_BUTTON, K.WEBHOOK_DISABLED),
     ]

@@ -9,10 +9,15 @@ from contract.geometry import Pose2
 from tests.vehicle_agent.localization.scan_map.places import MOUNT, SQUARE, TILE_M, VOXEL_M, a_map, a_scan
 from vehicle_agent.device_feed import SLOTS, ScanRing
 from vehicle_agent.localization.scan_map.matcher import SurfaceMatcher
-from vehicle_agent.localization.worker import LocalizationWorker
+from vehicle_agent.localization.worker import LocalizationWorker, NoMap
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
-from vehicle_agent.runtime.processes.mailbox import Deliveries, LocalizationJobs, Mailbox
+from vehicle_agent.runtime.processes.mailbox import (
+    Deliveries,
+    LocalizationJobs,
+    LocalizationMapAnswer,
+    Mailbox,
+)
 from vehicle_agent.signals import LocalizationJob, ScanPose, ScanUnplaced
 
 TILES = a_map(SQUARE)
@@ -25,11 +30,19 @@ class Vehicle:
     """The worker's process between a driver and a tick of the test."""
 
     def __init__(self, folder: Path) -> None:
-        matcher = SurfaceMatcher(lambda ix, iy: TILES.get((ix, iy)), TILE_M, VOXEL_M, (3.5, 0.85, 0.8))
+        self.has_map = True
         self.ring_path, self.mail = folder / "scans", folder / "mail"
         self.tick = Mailbox(self.mail / "tick")
         self.process = LocalizationProcess(
-            self.mail, self.ring_path, LocalizationWorker(matcher), MONOTONIC.open("localization")
+            self.mail, self.ring_path, self.load, MONOTONIC.open("localization")
+        )
+
+    def load(self) -> LocalizationWorker:
+        if not self.has_map:
+            return LocalizationWorker(NoMap())
+        outline_m = (3.5, 0.85, 0.8)
+        return LocalizationWorker(
+            SurfaceMatcher(lambda ix, iy: TILES.get((ix, iy)), TILE_M, VOXEL_M, outline_m)
         )
 
     def driver(self) -> ScanRing:
@@ -88,3 +101,24 @@ def test_a_driver_that_starts_again_is_followed(vehicle: Vehicle) -> None:
         vehicle.ask(1000 * start + 15)
         vehicle.ask(1000 * start + 100)
         assert [type(answer) for answer in vehicle.answers()] == [ScanPose]
+
+
+def test_a_vehicle_without_a_map_gets_one_while_it_runs(tmp_path: Path) -> None:
+    waiting = Vehicle(tmp_path)
+    waiting.has_map = False
+    waiting.process = LocalizationProcess(
+        waiting.mail, waiting.ring_path, waiting.load, MONOTONIC.open("localization")
+    )
+    ring = waiting.driver()
+    write(ring, 1, 100)
+    waiting.ask(90)
+    waiting.ask(110)
+    assert waiting.answers() == [ScanUnplaced(100, "no_map")]
+    waiting.has_map = True
+    waiting.tick.post(waiting.mail / "localization", LocalizationMapAnswer("refused", "not_stored"))
+    waiting.tick.post(waiting.mail / "localization", LocalizationMapAnswer("map-1"))
+    write(ring, 2, 200)
+    waiting.ask(190)
+    waiting.ask(210)
+    (answer,) = waiting.answers()
+    assert isinstance(answer, ScanPose)

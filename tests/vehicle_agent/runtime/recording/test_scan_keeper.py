@@ -10,13 +10,13 @@ import pytest
 from contract.roads.model import Origin
 from contract.scan_parcels import parcels as parcel_files
 from contract.scan_parcels.parcels import FixRow, ParcelHeader, PoseRow, checked_parcel
-from contract.wire.scans import ScanArea
+from contract.wire.scans import AreaCorner, ScanArea
 from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
 from vehicle_agent.runtime.recording.scan_keeper import ScanKeeper
 from vehicle_agent.runtime.recording.scan_parcels import VehicleFrame
 
 FRAME = VehicleFrame("shuttle-1", "snow-lion", Origin(31.0, 121.0), "map-1", "points-1")
-SQUARE = ((10.0, -5.0), (30.0, -5.0), (30.0, 5.0), (10.0, 5.0))
+SQUARE = tuple(AreaCorner(x_m, y_m) for x_m, y_m in ((10.0, -5.0), (30.0, -5.0), (30.0, 5.0), (10.0, 5.0)))
 LATER_NS = 1 << 62
 STEP_NS = 100_000_000
 SPEED_MPS = 4.0

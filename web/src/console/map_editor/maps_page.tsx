@@ -12,11 +12,12 @@ import { mapDrafts, mapVersions } from "../store/maps";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
 import { ImportForm } from "./import_form";
+import { LocalizationMaps } from "./localization_maps";
 import { MapProblemAlert } from "./map_problem_alert";
 
 const FORMATS = ["geojson", "lanelet2", "map"] as const;
 
-/** Versions of the map, and the drafts that are drawn. */
+/** Versions of the map, the drafts that are drawn, and localization maps. */
 export function MapsPage() {
   const t = texts.value;
   useEffect(() => {
@@ -43,6 +44,7 @@ export function MapsPage() {
           <p class="hint">{t.map_versions_lead}</p>
           <VersionList />
         </section>
+        <LocalizationMaps />
       </div>
     </section>
   );

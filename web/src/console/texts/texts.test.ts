@@ -2,6 +2,7 @@ import { expect, test } from "vitest";
 import { hardTexts, textEntries } from "../../shared/texts/text_entries";
 import { announcementEn } from "./announcement_texts_en";
 import { forkEn } from "./fork_texts_en";
+import { localizationMapEn } from "./localization_map_texts_en";
 import { onboardEn } from "./onboard_texts_en";
 import { positionEn } from "./position_texts_en";
 import { recordingEn } from "./recording_texts_en";
@@ -25,6 +26,7 @@ test("no text of a file of its own is covered by one of the same name", () => {
   for (const part of [
     announcementEn,
     forkEn,
+    localizationMapEn,
     onboardEn,
     positionEn,
     recordingEn,

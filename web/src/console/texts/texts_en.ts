@@ -17,6 +17,7 @@ import { statisticsEn } from "./statistics_texts_en";
 import { announcementEn } from "./announcement_texts_en";
 import { forkEn } from "./fork_texts_en";
 import { onboardEn } from "./onboard_texts_en";
+import { localizationMapEn } from "./localization_map_texts_en";
 import { positionEn } from "./position_texts_en";
 import { recordingEn } from "./recording_texts_en";
 import { replayEn } from "./replay_texts_en";
@@ -39,6 +40,7 @@ export const en = {
   ...announcementEn,
   ...forkEn,
   ...onboardEn,
+  ...localizationMapEn,
   ...positionEn,
   ...recordingEn,
   ...replayEn,
@@ -657,6 +659,7 @@ export const en = {
     battery_low: "Battery below its reserve",
     rider_did_not_alight: "Rider did not get off",
     map_not_changed: "Vehicle keeps an old map",
+    localization_map_not_changed: "Vehicle keeps an old localization map",
     no_resting_place: "No free resting place",
     road_closed: "Ride affected by a closed road",
     order_rejected: "Order rejected",
@@ -684,6 +687,8 @@ export const en = {
     battery_low: "The battery is below its reserve. The shuttle takes its riders to their stops.",
     rider_did_not_alight: "A rider stayed in the shuttle at the stop of the ride.",
     map_not_changed: "The shuttle cannot take the published map and gets no rides.",
+    localization_map_not_changed:
+      "The shuttle cannot take the localization map in force. It drives on with its own.",
     no_resting_place: "The shuttle can reach no free resting place.",
     road_closed: "A closed road is in the way of this ride.",
     order_rejected: "The shuttle has refused its order several times.",
@@ -710,6 +715,8 @@ export const en = {
     server_degraded: "Look into the log of the server.",
     battery_low: "Have the shuttle charged.",
     rider_did_not_alight: "Ask the rider by an announcement to get off at the next stop.",
+    localization_map_not_changed:
+      "It tries again by itself. The detail says what it lacks: room on its disk, the connection, or a whole tile.",
     map_not_changed:
       "It tries again by itself. If its road is missing in the new map, put the former version back in force.",
     no_resting_place: "Recall a shuttle that rests, or send this one to a stop.",

@@ -2,6 +2,7 @@ import { statisticsZh } from "./statistics_texts_zh";
 import { announcementZh } from "./announcement_texts_zh";
 import { forkZh } from "./fork_texts_zh";
 import { onboardZh } from "./onboard_texts_zh";
+import { localizationMapZh } from "./localization_map_texts_zh";
 import { positionZh } from "./position_texts_zh";
 import { recordingZh } from "./recording_texts_zh";
 import { replayZh } from "./replay_texts_zh";
@@ -11,6 +12,7 @@ export const zh: ConsoleTexts = {
   ...announcementZh,
   ...forkZh,
   ...onboardZh,
+  ...localizationMapZh,
   ...positionZh,
   ...recordingZh,
   ...replayZh,
@@ -596,6 +598,7 @@ export const zh: ConsoleTexts = {
     battery_low: "电量低于保留值",
     rider_did_not_alight: "乘客未下车",
     map_not_changed: "车辆仍用旧地图",
+    localization_map_not_changed: "车辆仍用旧定位地图",
     no_resting_place: "没有空闲停靠处",
     road_closed: "乘客受封路影响",
     order_rejected: "任务被拒绝",
@@ -623,6 +626,7 @@ export const zh: ConsoleTexts = {
     battery_low: "电量低于保留值。车辆会先把车上乘客送到站。",
     rider_did_not_alight: "乘客到站后没有下车。",
     map_not_changed: "车辆无法采用已发布的地图，不再接单。",
+    localization_map_not_changed: "车辆无法采用已启用的定位地图，继续用原有的定位地图行驶。",
     no_resting_place: "车辆可到达的停靠处均已占用。",
     road_closed: "该行程受封闭道路影响。",
     order_rejected: "车辆多次拒绝指令。",
@@ -648,6 +652,8 @@ export const zh: ConsoleTexts = {
     server_degraded: "请查看服务器日志。",
     battery_low: "请为车辆充电。",
     rider_did_not_alight: "请用“播报”请乘客在下一站下车。",
+    localization_map_not_changed:
+      "车辆会自动重试。详情说明原因：磁盘空间不足、连接中断或分块损坏。",
     map_not_changed: "车辆会自动重试。若新地图缺少其所在道路，请重新启用之前的版本。",
     no_resting_place: "请召回一辆停靠的车辆，或派该车前往某站。",
     road_closed: "请在地图上确认这些乘客如何继续。",

@@ -4581,7 +4581,7 @@ export interface components {
          * IncidentKind
          * @enum {string}
          */
-        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "protocol_violation" | "false_report" | "server_degraded" | "battery_low" | "rider_did_not_alight" | "map_not_changed" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "trips_unserved" | "promise_broken" | "ride_failed" | "seat_button" | "webhook_disabled";
+        IncidentKind: "help_call" | "impossible_position" | "ground_conflict" | "key_conflict" | "minimal_risk_stop" | "takeover" | "vehicle_blocked" | "vehicle_silent" | "vehicle_fault" | "protocol_violation" | "false_report" | "server_degraded" | "battery_low" | "rider_did_not_alight" | "map_not_changed" | "localization_map_not_changed" | "no_resting_place" | "road_closed" | "order_rejected" | "departure_missed" | "trips_unserved" | "promise_broken" | "ride_failed" | "seat_button" | "webhook_disabled";
         /**
          * IncidentView
          * @example {
