@@ -202,7 +202,7 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.ProposalUnknown: 404,
     errors.ProposalNotReady: 409,
     errors.ProposalOutdated: 409,
-    errors.ScanMapsUnavailable: 503,
+    errors.ScanMapsUnavailable: 409,
     ParcelHashWrong: 400,
     ParcelTooLarge: 413,
     ParcelUnreadable: 400,

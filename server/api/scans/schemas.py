@@ -116,7 +116,7 @@ class ScanRequestView(BaseModel):
 
     request_id: str
     name: str
-    outline: list[tuple[float, float]] = Field(description="Empty: the whole campus.")
+    outline: list[list[float]] = Field(description="Corners x, y; empty: the whole campus.")
     every_m: float
     bytes_max: int
     until: datetime
@@ -178,7 +178,7 @@ class ComparisonView(BaseModel):
     way_m: float
     fix_median_m: float = Field(description="From the drives' GNSS fixes.")
     moving_removed: int = Field(description="Elements of people and cars that are not on the map.")
-    shift_m: tuple[float, float, float] = Field(description="By which it was laid on the map in force.")
+    shift_m: list[float] = Field(description="x, y and z by which it was laid on the map in force.")
     turn_rad: float
     residual_median_m: float | None = Field(description="Across surfaces that both have.")
     residual_p95_m: float | None
@@ -221,7 +221,7 @@ def request_view(
     return ScanRequestView(
         request_id=request.request_id,
         name=request.name,
-        outline=list(request.outline),
+        outline=[list(corner) for corner in request.outline],
         every_m=request.every_m,
         bytes_max=request.bytes_max,
         until=request.until,
@@ -283,8 +283,9 @@ def _comparison_view(comparison: Comparison) -> ComparisonView:
         **{
             name: getattr(comparison, name)
             for name in comparison.__struct_fields__
-            if name not in ("tiles", "notes")
+            if name not in ("shift_m", "tiles", "notes")
         },
+        shift_m=list(comparison.shift_m),
         tiles_changed=sum(tile.is_changed for tile in tiles),
         tiles_compared=sum(not tile.is_added for tile in tiles),
         tiles_added=sum(tile.is_added and tile.is_remade for tile in tiles),

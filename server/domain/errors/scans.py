@@ -64,6 +64,6 @@ class ProposalOutdated(DomainError):
 
 
 class ScanMapsUnavailable(DomainError):
-    """This server makes no point maps of scans, or cannot keep them now."""
+    """No process of this installation makes point maps of scans."""
 
     code = "scan_maps_unavailable"

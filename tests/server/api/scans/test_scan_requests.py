@@ -245,4 +245,4 @@ def test_a_server_that_makes_no_maps_says_so(
     request_id = ask(server, headers).json()["request_id"]
     put_parcel(server, write_parcel(tmp_path / "a.zip", request_id).read_bytes())
     answer = server.post(f"/scan-requests/{request_id}/maps", headers=headers)
-    assert (answer.status_code, answer.json()["code"]) == (503, "scan_maps_unavailable")
+    assert (answer.status_code, answer.json()["code"]) == (409, "scan_maps_unavailable")

@@ -3896,13 +3896,9 @@ export interface components {
             moving_removed: number;
             /**
              * Shift M
-             * @description By which it was laid on the map in force.
+             * @description x, y and z by which it was laid on the map in force.
              */
-            shift_m: [
-                number,
-                number,
-                number
-            ];
+            shift_m: number[];
             /** Turn Rad */
             turn_rad: number;
             /**
@@ -7162,12 +7158,9 @@ export interface components {
             name: string;
             /**
              * Outline
-             * @description Empty: the whole campus.
+             * @description Corners x, y; empty: the whole campus.
              */
-            outline: [
-                number,
-                number
-            ][];
+            outline: number[][];
             /** Every M */
             every_m: number;
             /** Bytes Max */
@@ -18892,15 +18885,6 @@ export interface operations {
             };
             /** @description Too Many Requests */
             429: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description Service Unavailable */
-            503: {
                 headers: {
                     [name: string]: unknown;
                 };
