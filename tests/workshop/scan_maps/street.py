@@ -77,6 +77,7 @@ def scan(pose: Sequence[float], scene: Sequence[Wall], rng: np.random.Generator)
 def write_drive(
     folder: Path, scene: Sequence[Wall], seed: int = 1, name: str = "drive-0", offset_y_m: float = 0.0,
     cars: Sequence[float] = (), origin: Origin = ORIGIN, step_m: float = 0.5, fixes: bool = True,
+    request_id: str = "scans-1", campus_id: str = "snow-lion",
 ) -> list[Path]:  # fmt: skip
     """Two parcels of one drive along the street. cars: where one stands at each scan."""
     rng = np.random.default_rng(seed)
@@ -99,7 +100,7 @@ def write_drive(
             pose_rows.append(PoseRow(stamp_ns, *pose, 4.0))
         first, last = (5_000_000_000_000 + int(part[at]) * 125_000_000 for at in (0, -1))
         header = ParcelHeader(
-            1, "scans-1", "shuttle-1", "snow-lion", name, number, origin, "map-1", "", len(part),
+            1, request_id, "shuttle-1", campus_id, name, number, origin, "map-1", "", len(part),
             step_m * (len(part) - 1), first, last,
         )  # fmt: skip
         writer.finish(header, fix_rows if fixes else [], pose_rows)
