@@ -131,8 +131,11 @@ class ScanUploads:
             left = sum(path.parent.name == request_id for path in waiting)
             state, detail = report.state, report.detail
             is_over = request_id not in names
+            if is_over and state != "ended" and not is_silent:
+                # The process has not said yet how much it kept in the end.
+                continue
             if is_over:
-                state, detail = "ended", ""
+                state = "ended"
             trouble = self._trouble.get(request_id)
             if trouble is not None and (left or not is_over):
                 state, detail = "not_uploaded", trouble

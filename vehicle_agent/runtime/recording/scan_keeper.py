@@ -53,6 +53,7 @@ class ScanKeeper:
         self._free_bytes = free_bytes or (lambda path: shutil.disk_usage(path).free)
         self._track = Track()
         self._keepers: dict[str, RequestKeeper] = {}
+        self._over: list[RequestReport] = []
         self._seen_ns: int | None = None
         self._looked_ns = -LOOK_NS
         self._full = ""
@@ -68,7 +69,9 @@ class ScanKeeper:
         """All that are open. One that is missing has ended: what was kept of it stays for the upload."""
         wanted = {area.request_id: area for area in areas}
         for request_id in [name for name in self._keepers if name not in wanted]:
-            self._end(self._keepers.pop(request_id))
+            keeper = self._keepers.pop(request_id)
+            self._end(keeper)
+            self._over.append(RequestReport(request_id, "ended", keeper.detail, keeper.totals))
         for request_id, area in wanted.items():
             if request_id not in self._keepers:
                 folder = self._folder / request_id
@@ -132,9 +135,14 @@ class ScanKeeper:
                 self._leave(keeper, "no_scans", "no scan for 3 s")
 
     def reports(self) -> tuple[RequestReport, ...]:
-        return tuple(
-            RequestReport(name, keeper.state, keeper.detail, keeper.totals)
-            for name, keeper in self._keepers.items()
+        """Of the open requests, and once of each that is over."""
+        over, self._over = self._over, []
+        return (
+            *over,
+            *(
+                RequestReport(name, keeper.state, keeper.detail, keeper.totals)
+                for name, keeper in self._keepers.items()
+            ),
         )
 
     def close(self) -> None:

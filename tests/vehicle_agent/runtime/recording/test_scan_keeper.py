@@ -67,8 +67,7 @@ class Vehicle:
 
     @property
     def state(self) -> str:
-        (report,) = self.keeper.reports()
-        return report.state
+        return self.keeper.reports()[-1].state
 
 
 @pytest.fixture
@@ -142,8 +141,12 @@ def test_a_request_that_has_ended_leaves_a_whole_parcel(vehicle: Vehicle) -> Non
     vehicle.keeper.set_requests((area(),), vehicle.now_ns)
     vehicle.drive(0.0, 20.0)
     vehicle.keeper.set_requests((), vehicle.now_ns)
-    assert len(vehicle.parcels()) == 1
+    (header,) = vehicle.parcels()
     assert not vehicle.keeper.is_busy
+    (report,) = vehicle.keeper.reports()
+    assert (report.state, report.totals.scans) == ("ended", header.scans)
+    assert report.totals.bytes_kept > 0
+    assert vehicle.keeper.reports() == ()
 
 
 def test_it_ends_by_its_time_and_by_its_size(vehicle: Vehicle) -> None:
