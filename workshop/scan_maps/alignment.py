@@ -1,6 +1,7 @@
 """A map laid on another of the same frame: point to plane, from a wide reach to a narrow one."""
 
 import math
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
@@ -61,6 +62,21 @@ def aligned(new: Surfels, old: Surfels, params: AlignmentParams) -> Alignment | 
     if len(apart) < params.partners_min:
         return None
     return Alignment(T, float(np.median(apart)), float(np.percentile(apart, 95)), len(apart))
+
+
+def ground_heights(surfels: Surfels, up_min: float = 0.9, near_m: float = 1.5) -> Callable[[Array], Array]:
+    """The heights (n,) of a map's ground at places (n, 2), NaN where it has none within near_m."""
+    ground = surfels.means[np.abs(surfels.normals[:, 2]) > up_min]
+    tree = cKDTree(ground[:, :2]) if len(ground) else None
+
+    def heights(places: Array) -> Array:
+        found: Array = np.full(len(places), np.nan)
+        for number, near in enumerate([] if tree is None else tree.query_ball_point(places, near_m)):
+            if near:
+                found[number] = float(np.median(ground[near, 2]))
+        return found
+
+    return heights
 
 
 def laid(surfels: Surfels, T: Array) -> Surfels:

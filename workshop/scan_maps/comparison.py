@@ -5,7 +5,7 @@
   moved   a surface of the new map stands beside one of the old map that is not there any more
   gone    beams went through a surface of the old map
   unseen  the scans did not see this surface of the old map: nothing is said of it, and it stays
-  added   a surface of the new map where the old one knew nothing
+  added   a surface of the new map where the old one knew nothing, or one that goes on
 
 All is counted in elements, of which each voxel has one: shares of them are about shares of surface.
 """
@@ -22,6 +22,8 @@ from vehicle_agent.localization.odometry.voxel_map import Array32
 from workshop.cloud_mapping.surfaces import SurfaceParams, seen_through
 
 SAME, NEW, MOVED, GONE, UNSEEN, ADDED = range(6)
+# Elements that a surface must have near by to be one that goes on.
+_CONTINUED_MIN = 3
 
 
 class ComparisonParams(msgspec.Struct, frozen=True):
@@ -84,6 +86,7 @@ def changes_of(
         return Changes(new_is, old_is)
     old_tree, new_tree = cKDTree(old.means), cKDTree(new.means)
     new_is[old_tree.query(new.means)[0] < params.near_m] = NEW
+    new_is[_continues(new, old, old_tree, params)] = ADDED
     new_is[_has_same(new, old, old_tree, params)] = SAME
     old_is[_has_same(old, new, new_tree, params)] = SAME
     through = seen_through(old, clouds, poses, surfaces)
@@ -111,6 +114,19 @@ def _has_same(ones: Surfels, others: Surfels, tree: cKDTree, params: ComparisonP
     )
     found: BoolArray = np.zeros(len(ones), dtype=bool)
     found[a[fits]] = True
+    return found
+
+
+def _continues(new: Surfels, old: Surfels, tree: cKDTree, params: ComparisonParams) -> BoolArray:
+    """(n,) it lies on a surface that the old map knows near by, as ground between the rings of its scans."""
+    found: BoolArray = np.zeros(len(new), dtype=bool)
+    for one in np.flatnonzero(np.abs(new.normals).sum(axis=1) > 0.0).tolist():
+        near = np.array(tree.query_ball_point(new.means[one], params.near_m), dtype=np.int64)
+        step, n = new.means[one] - old.means[near], old.normals[near]
+        on_it = (np.abs(np.einsum("ij,ij->i", n, step)) < params.across_m) & (
+            np.abs(n @ new.normals[one]) > 0.8
+        )
+        found[one] = int(on_it.sum()) >= _CONTINUED_MIN
     return found
 
 

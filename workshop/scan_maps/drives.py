@@ -1,11 +1,12 @@
 """Parcels of scans to drives, each dead-reckoned and laid on its fixes, and all joined in one graph."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
+from contract.geometry import Array
 from contract.roads.model import Origin
 from contract.scan_parcels.parcels import FIXES, SCANS, ParcelError, ParcelHeader, read_header, unpack
 from workshop.cloud_mapping.drive_scans import DriveScans
@@ -25,6 +26,16 @@ from workshop.cloud_mapping.mapping import (
 )
 from workshop.cloud_mapping.pose_graph import Place
 from workshop.clouds.recordings import find_recordings
+
+# From the fixes, before loops: dead reckoning drifts by a hundredth of the way. More is no drift.
+RECKONED_M_MIN, RECKONED_RATIO_MAX = 1.0, 0.03
+
+
+# Of another map's ground below the rear axle: kerbs, speed bumps and both maps' noise.
+GROUND_STD_M = 0.15
+
+# Heights (n,) of the ground at places (n, 2), NaN where it is not known.
+GroundHeights = Callable[[Array], Array]
 
 
 class NoMapOfScans(Exception):
@@ -55,9 +66,12 @@ class _DriveFolder(msgspec.Struct, frozen=True):
 
 
 def map_parcels(
-    parcels: Sequence[Path], work: Path, params: CloudMappingParams, progress: MappingProgress
-) -> ScanMap:
+    parcels: Sequence[Path], work: Path, params: CloudMappingParams, progress: MappingProgress,
+    ground: GroundHeights | None = None,
+) -> ScanMap:  # fmt: skip
     """One map of all drives whose scans are in the parcels. work: a folder for what is unpacked.
+
+    ground: of another map, whose heights the drives take where they drive over it
 
     A parcel or drive that cannot be used is left out, and is named in `notes`. Raises NoMapOfScans, OSError.
     """
@@ -65,16 +79,15 @@ def map_parcels(
     origin, folders = _unpacked(parcels, work, notes)
     drives: list[PlacedDrive] = []
     for one in folders:
-        placed = _placed(one, origin, params, progress, notes)
+        placed = _placed(one, origin, params, progress, notes, ground)
         if placed is not None:
             drives.append(placed)
     if not drives:
         raise NoMapOfScans(f"No drive makes a map: {' '.join(notes) or 'there is none.'}")
     joined, places, starts = _joined(drives)
     progress.begin("ground", 1)
-    ground = ground_of(joined.clouds, params.ground)
+    drive = Drive(joined, ground_of(joined.clouds, params.ground))
     progress.advance(1)
-    drive = Drive(joined, ground)
     solution = solved_on(drive, places, starts, params, progress)
     found = cloud_map_of(drive, solution, origin, params, progress)
     if not len(found.surfels):
@@ -112,8 +125,9 @@ def _unpacked(
 
 
 def _placed(
-    one: _DriveFolder, origin: Origin, params: CloudMappingParams, progress: MappingProgress, notes: list[str]
-) -> PlacedDrive | None:
+    one: _DriveFolder, origin: Origin, params: CloudMappingParams, progress: MappingProgress,
+    notes: list[str], ground: GroundHeights | None,
+) -> PlacedDrive | None:  # fmt: skip
     if one.scans < 2:
         notes.append(f"Drive {one.name} was left out: it has one scan.")
         return None
@@ -129,7 +143,41 @@ def _placed(
         notes.append(f"Drive {one.name} was left out: fewer than two fixes are good enough to place it.")
         return None
     reckoned.poses = list(laid_on(np.array(reckoned.poses), places))
+    apart_m = [float(np.hypot(*(reckoned.poses[p.node][:3, 3] - p.place_map)[:2])) for p in places]
+    way_m = float(np.linalg.norm(np.diff(np.array(reckoned.poses)[:, :3, 3], axis=0), axis=1).sum())
+    if float(np.median(apart_m)) > max(RECKONED_M_MIN, RECKONED_RATIO_MAX * way_m):
+        notes.append(
+            f"Drive {one.name} was left out: its scans and its fixes differ by {np.median(apart_m):.1f} m. "
+            "The scans are too far apart, or the fixes are wrong."
+        )
+        return None
+    if ground is not None:
+        places = _on_ground(reckoned, places, ground)
     return PlacedDrive(one.name, reckoned, tuple(places))
+
+
+def _on_ground(reckoned: Reckoned, places: list[Place], ground: GroundHeights) -> list[Place]:
+    """The places with the ground's height where it is known; the drive is raised to it first.
+
+    Fixes have no heights, and dead reckoning drifts in them: two maps would differ by more than by a change.
+    """
+    heights_m = ground(np.array([place.place_map[:2] for place in places]))
+    known = np.isfinite(heights_m)
+    if not known.any():
+        return places
+    own_m = np.array([reckoned.poses[place.node][2, 3] for place in places])
+    raised_m = float(np.median(heights_m[known] - own_m[known]))
+    lift = np.eye(4)
+    lift[2, 3] = raised_m
+    reckoned.poses = [lift @ pose for pose in reckoned.poses]
+    return [
+        place if not known[number] else msgspec.structs.replace(
+            place,
+            place_map=np.array([*place.place_map[:2], heights_m[number]]),
+            std_m=np.array([*place.std_m[:2], GROUND_STD_M]),
+        )
+        for number, place in enumerate(places)
+    ]  # fmt: skip
 
 
 def _joined(drives: Sequence[PlacedDrive]) -> tuple[Reckoned, list[Place], list[int]]:

@@ -78,7 +78,7 @@ class NewScanRequest(BaseModel):
     outline: list[tuple[Metres, Metres]] = Field(
         [], max_length=CORNERS_MAX, description="Corners in the map frame, m; empty: the whole campus."
     )
-    every_m: float = Field(0.5, ge=0.2, le=5.0, description="Of the way, from one scan to the next.")
+    every_m: float = Field(0.5, ge=0.2, le=0.8, description="Of the way, from one scan to the next.")
     bytes_max: int = Field(
         2 * 1024 * MIB, ge=MIB, le=64 * 1024 * MIB, description="The request ends when so much has come."
     )

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from contract.point_map.map_files import read_index, read_tile
+from contract.point_map.map_files import read_index, read_tile, write_tiles
 from contract.roads.model import Origin
 from contract.scan_parcels.proposals import COMPARISON, PICTURE, Comparison
 from tests.workshop.scan_maps.street import Wall, walls, write_drive
@@ -105,6 +105,27 @@ def test_drives_of_two_vehicles_make_one_map(tmp_path: Path, in_force: Path) -> 
     assert changed(found) == {(1, 0)}
     assert found.residual_p95_m is not None
     assert found.residual_p95_m < 0.05
+
+
+def test_heights_come_from_the_map_in_force(tmp_path: Path, in_force: Path) -> None:
+    index = read_index(in_force)
+    raised = {}
+    for entry in index.tiles:
+        tile = read_tile(in_force, entry)
+        # A hill that the fixes do not tell of.
+        means = tile.means + np.column_stack((0.0 * tile.means[:, :2], 20.0 + 0.01 * tile.means[:, 0]))
+        raised[entry.ix, entry.iy] = msgspec.structs.replace(tile, means=means)
+    write_tiles(tmp_path / "hill", raised, index.tile_m, index.voxel_m, index.origin)
+    found = proposed(tmp_path, tmp_path / "hill", walls())
+    assert changed(found) == set()
+    assert found.residual_p95_m is not None
+    assert found.residual_p95_m < 0.15
+
+
+def test_scans_too_far_apart_are_not_made_a_map_of(tmp_path: Path, in_force: Path) -> None:
+    parcels = write_drive(tmp_path / "parcels", walls(), seed=2, step_m=6.0)
+    with pytest.raises(NoMapOfScans, match="drive-0 was left out"):
+        propose(parcels, in_force, tmp_path / "map", tmp_path / "work", ProposalParams(), NoProgress())
 
 
 def test_a_damaged_parcel_is_left_out_and_named(tmp_path: Path, in_force: Path) -> None:
