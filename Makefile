@@ -121,7 +121,7 @@ test-virtual:
 	nice -n 19 $(PY) -m pytest -n 2 --dist load --maxschedchunk 1 -m "long and not real" $(call marked,long)
 
 # Rides on two maps in real time take three minutes more than the rest of CI leaves: `make soak-maps`.
-MAPS := tests/faults/test_map_change.py
+MAPS := tests/faults/test_map_change.py tests/faults/test_localization_map_change.py
 
 test-faults:
 	$(PY) -m pytest -m faults $(filter-out $(MAPS),$(call marked,faults))

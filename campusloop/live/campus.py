@@ -40,6 +40,7 @@ class LiveOptions:
     plant_seed: of the shuttles' dynamics; None: nominal ones
     scene: hills, kerbs, trees and parked vehicles, and lidars that see them; None: none
     point_map: the folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
+    by_scans: the shuttles compare their scans with the map that the server has in force, or with point_map
     screen_pages: built web pages for the first shuttle's onboard screen; None: no shuttle serves one
     """
 
@@ -59,6 +60,7 @@ class LiveOptions:
     scene: SceneOptions | None = None
     point_map: Path | None = None
     screen_pages: Path | None = None
+    by_scans: bool = False
 
 
 class LiveCampus:
@@ -89,6 +91,7 @@ class LiveCampus:
                 scene=options.scene,
                 point_map=options.point_map,
                 screen_pages=options.screen_pages,
+                by_scans=options.by_scans,
             )
         )
         self.road_map = self._shuttles.road_map

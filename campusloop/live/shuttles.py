@@ -37,6 +37,7 @@ class ShuttleOptions:
     plant_seed    of the shuttles' dynamics; None: nominal ones
     scene         hills, kerbs, trees and parked vehicles, and lidars that see them; None: none
     point_map     folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
+    by_scans      compare scans with the map that the server has in force, or with point_map
     screen_pages  built web pages: the first shuttle serves its onboard screen; None: no shuttle does
     """
 
@@ -54,6 +55,7 @@ class ShuttleOptions:
     scene: SceneOptions | None = None
     point_map: Path | None = None
     screen_pages: Path | None = None
+    by_scans: bool = False
 
 
 class SimulatedShuttles:
@@ -157,13 +159,14 @@ class SimulatedShuttles:
             hmi_port=ports.hmi_port,
             scan_ring=str(scan_ring_path(self._scans, vehicle_id)),
             server_certificate=str(options.server_certificate) if options.server_certificate else "",
+            by_scans=options.by_scans,
         )
         files = AgentFolder(folder)
         files.prepare(vehicle, options.map_path, options.profile_path)
-        if options.point_map is None:
-            files.remove_point_map()
-        else:
+        if options.point_map is not None:
             files.install_point_map(options.point_map)
+        elif not options.by_scans:
+            files.remove_point_map()
         if number == 0 and options.screen_pages is not None:
             listen = f"127.0.0.1:{ports.screen_port}"
             files.save_screen(ScreenSettings(listen=listen, pages=str(options.screen_pages.resolve())))

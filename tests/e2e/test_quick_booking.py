@@ -1,6 +1,8 @@
 """The first booking in three taps, the next one in one, and what links and printed codes fill in."""
 
 import re
+from datetime import UTC, datetime, timedelta
+from zoneinfo import ZoneInfo
 
 import pytest
 from playwright.sync_api import expect
@@ -71,3 +73,24 @@ def test_later_is_mostly_a_quarter_or_half_an_hour(open_page: OpenPage) -> None:
     page.get_by_role("button", name="in 15 min").click()
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d", later)
     assert field.input_value() < later
+
+
+@pytest.mark.parametrize("hours", [-1, 1])
+@pytest.mark.usefixtures("shuttle")
+def test_a_phone_whose_clock_is_an_hour_off_books_for_the_time_that_it_shows(
+    open_page: OpenPage, server: ServerProcess, hours: int
+) -> None:
+    page = open_page("/", **PHONE)
+    page.clock.install(time=datetime.now(UTC) + timedelta(hours=hours))
+    page.reload()
+    page.get_by_role("button", name="Main Library").tap()
+    page.get_by_role("button", name="Gymnasium").tap()
+    page.get_by_role("button", name="Later").click()
+    page.get_by_role("button", name="in 30 min").click()
+    timezone = ZoneInfo(server.http.get("/campus").json()["timezone"])
+    entered = datetime.fromisoformat(page.get_by_label("Earliest pickup, campus time").input_value())
+    wanted = datetime.now(timezone) + timedelta(minutes=30)
+    assert abs(entered.replace(tzinfo=timezone) - wanted) < timedelta(minutes=2)
+    page.get_by_role("button", name="Book the ride").tap()
+    expect(page.locator("[data-ride-code]")).to_be_visible()
+    cancel(page)

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request, Response
 
 from contract.localization_manifest import MANIFEST_BYTES_MAX
+from contract.roads.model import Origin
 from server.api.commands import PublishCommand, StoreLocalizationMapCommand
 from server.api.content_coding import coded_body
 from server.api.formats import SHA256_PATTERN, FreeText
@@ -60,10 +61,10 @@ async def list_localization_maps(
     services: InjectedServices, _: Reader, page: Page, limit: ListLimit = None
 ) -> list[LocalizationMapView]:
     """Every stored version, the newest first."""
-    found, vehicles = await services.transactions.read(
-        lambda uow: (uow.localization_maps.all(), uow.vehicles.all())
+    found, vehicles, origin = await services.transactions.read(
+        lambda uow: (uow.localization_maps.all(), uow.vehicles.all(), _origin(uow))
     )
-    return [map_view(stored, vehicles) for stored in page.cut(found, limit, _newest_first)]
+    return [map_view(stored, vehicles, origin) for stored in page.cut(found, limit, _newest_first)]
 
 
 def _newest_first(stored: LocalizationMap) -> tuple[int, str]:
@@ -152,7 +153,8 @@ async def activate_localization_map(
     """
 
     def work(uow: UnitOfWork) -> LocalizationMapView:
-        return map_view(localization_maps.activate(uow, map_version, command.by), uow.vehicles.all())
+        stored = localization_maps.activate(uow, map_version, command.by)
+        return map_view(stored, uow.vehicles.all(), _origin(uow))
 
     return await command.transact(LocalizationMapView, work)
 
@@ -208,4 +210,9 @@ def is_known(request: Request, tag: str) -> bool:
 
 def _details(uow: UnitOfWork, stored: LocalizationMap) -> LocalizationMapDetails:
     missing = localization_maps.missing_tiles(uow, stored.map_version)
-    return details_view(stored, uow.vehicles.all(), missing)
+    return details_view(stored, uow.vehicles.all(), _origin(uow), missing)
+
+
+def _origin(uow: UnitOfWork) -> Origin | None:
+    """Of the road map in force."""
+    return None if uow.maps.active_version() is None else uow.network().road_map.origin

@@ -6,6 +6,8 @@ from datetime import datetime
 from pydantic import BaseModel, ConfigDict, Field
 
 from contract.localization_manifest import LocalizationMapKind
+from contract.localization_maps import is_same_frame
+from contract.roads.model import Origin
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.roads.localization_maps import LocalizationMap
 
@@ -36,6 +38,7 @@ class LocalizationMapView(BaseModel):
                 "published_by": "operator",
                 "published_at": "2026-09-01T08:00:00Z",
                 "active": True,
+                "in_frame": True,
                 "activated_by": "operator",
                 "activated_at": "2026-09-01T08:05:00Z",
                 "used_by": ["shuttle-1"],
@@ -53,6 +56,9 @@ class LocalizationMapView(BaseModel):
     published_by: str
     published_at: datetime
     active: bool = Field(description="In force: vehicles of this kind fetch it.")
+    in_frame: bool = Field(
+        description="It lies in the frame of the road map in force; otherwise no vehicle is told of it."
+    )
     activated_by: str
     activated_at: datetime | None
     used_by: list[str] = Field(description="Vehicles that localize by it.")
@@ -67,17 +73,21 @@ class LocalizationMapDetails(LocalizationMapView):
     )
 
 
-def map_view(stored: LocalizationMap, vehicles: Iterable[Vehicle]) -> LocalizationMapView:
-    return LocalizationMapView.model_validate(_fields(stored, vehicles))
+def map_view(
+    stored: LocalizationMap, vehicles: Iterable[Vehicle], origin: Origin | None
+) -> LocalizationMapView:
+    """origin: of the road map in force, None without one"""
+    return LocalizationMapView.model_validate(_fields(stored, vehicles, origin))
 
 
 def details_view(
-    stored: LocalizationMap, vehicles: Iterable[Vehicle], missing: Sequence[str]
+    stored: LocalizationMap, vehicles: Iterable[Vehicle], origin: Origin | None, missing: Sequence[str]
 ) -> LocalizationMapDetails:
-    return LocalizationMapDetails.model_validate({**_fields(stored, vehicles), "missing": list(missing)})
+    fields = _fields(stored, vehicles, origin)
+    return LocalizationMapDetails.model_validate({**fields, "missing": list(missing)})
 
 
-def _fields(stored: LocalizationMap, vehicles: Iterable[Vehicle]) -> dict[str, object]:
+def _fields(stored: LocalizationMap, vehicles: Iterable[Vehicle], origin: Origin | None) -> dict[str, object]:
     chosen = [vehicle for vehicle in vehicles if vehicle.localizes_by == stored.kind]
     return {
         "map_version": stored.map_version,
@@ -89,6 +99,7 @@ def _fields(stored: LocalizationMap, vehicles: Iterable[Vehicle]) -> dict[str, o
         "published_by": stored.published_by,
         "published_at": stored.published_at,
         "active": stored.active,
+        "in_frame": origin is not None and is_same_frame(stored.origin, origin),
         "activated_by": stored.activated_by,
         "activated_at": stored.activated_at,
         "used_by": [one.vehicle_id for one in chosen if one.localization_map == stored.map_version],

@@ -97,6 +97,15 @@ def begin_due(uow: UnitOfWork) -> None:
             uow.publish(topics.announcements(uow.campus_id))
 
 
+def say_again(uow: UnitOfWork, vehicle_id: str) -> None:
+    """Let a shuttle that has started say the newest of its announcements: it knows none of them any more."""
+    here = (one for one in current(uow) if one.sent_at is not None and one.is_in_vehicle(vehicle_id))
+    newest = next(here, None)
+    waiting = {command.announcement_id for command in uow.vehicles.pending_commands(vehicle_id)}
+    if newest is not None and newest.announcement_id not in waiting:
+        _say(uow, vehicle_id, newest, newest.made_by)
+
+
 def _say_next(uow: UnitOfWork, over: Announcement, by: str) -> None:
     """A shuttle shows one: in the place of this one the newest of the others, or none."""
     others = current(uow)

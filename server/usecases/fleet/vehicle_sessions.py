@@ -14,6 +14,7 @@ from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
+from server.usecases.fleet import announcements
 from server.usecases.fleet.conditions import with_availability, with_mode
 from server.usecases.fleet.localization_changes import with_localization_map
 from server.usecases.fleet.map_changes import with_reported_map
@@ -71,6 +72,8 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     opened = with_availability(uow, with_localization_map(uow, with_reported_map(uow, opened)))
     uow.vehicles.save(opened)
     uow.vehicles.heard(hello.vehicle_id, uow.now)
+    if hello.boot_id != vehicle.boot_id:
+        announcements.say_again(uow, hello.vehicle_id)
     begin_run(uow, opened, hello.run_boot_id or hello.boot_id)
     clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
     _reconcile(uow, hello)

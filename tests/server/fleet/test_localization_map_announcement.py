@@ -3,9 +3,12 @@
 from pathlib import Path
 
 import httpx
+import msgspec
 import pytest
 
 from contract.localization_manifest import decode_manifest
+from contract.roads.load import encode_map, with_version
+from contract.roads.model import Origin
 from contract.wire.localization_maps import (
     localization_manifest_path,
     localization_tile_path,
@@ -16,7 +19,7 @@ from contract.wire.upload import SIGNATURE_HEADER
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.record.incidents import IncidentKind
 from server.store.segments.localization_folder import store_folder
-from server.usecases.fleet import localization_maps
+from server.usecases.fleet import campus, localization_maps
 from tests.contract.localization_folders import occupancy_map, point_map
 from tests.server.api.server_under_test import ServerUnderTest, snow_lion
 from tests.server.fleet.spoken_vehicle import SpokenVehicle
@@ -163,3 +166,19 @@ def test_a_signature_is_good_for_one_version(ready: ServerUnderTest, tmp_path: P
     for path in (localization_manifest_path(version), localization_tile_path(version, tile.sha256)):
         answer: httpx.Response = ready.run(ready.client.get(path, headers=headers))
         assert answer.json()["code"] == "signature_wrong"
+
+
+def test_a_map_is_not_announced_once_the_road_map_lies_in_another_frame(
+    ready: ServerUnderTest, tmp_path: Path
+) -> None:
+    point_map(tmp_path / "points", HERE)
+    version = stored(ready, tmp_path / "points")
+    put_in_force(ready, version)
+    moved = Origin(HERE.latitude_deg + 0.001, HERE.longitude_deg)
+    elsewhere = with_version(msgspec.structs.replace(snow_lion(), origin=moved, map_version=""))
+    ready.transact(lambda uow: campus.load_map(uow, encode_map(elsewhere), "ann", activate=True))
+    vehicle = SpokenVehicle(ready).dial().hello(localizes_by="points")
+    ready.elapse(4.0)
+    assert announced(vehicle) == []
+    (shown,) = ready_maps(ready)
+    assert (shown["active"], shown["in_frame"]) == (True, False)

@@ -8,7 +8,7 @@ from numba import njit
 
 from contract.geometry import Array, BoolArray, IntArray
 from vehicle_agent.planning.motion.request import Agents, MotionParams, MotionRequestError
-from vehicle_agent.signals import PEDESTRIAN
+from vehicle_agent.signals import CYCLIST, PEDESTRIAN
 
 
 class MovingDiscs(NamedTuple):
@@ -16,6 +16,7 @@ class MovingDiscs(NamedTuple):
 
     inflation_m  (T, m) softly kept extra; owner (m,) row of Agents
     pedestrian   (m,) whether the speed law holds for it
+    rider        (m,) whether it may turn in like a cyclist
     doubted      ids of implausible predictions: not finite, or faster than speed_mps_max
     """
 
@@ -24,6 +25,7 @@ class MovingDiscs(NamedTuple):
     inflation_m: Array
     owner: IntArray
     pedestrian: BoolArray
+    rider: BoolArray
     doubted: IntArray
 
 
@@ -59,11 +61,11 @@ def moving_discs(agents: Agents, times_s: Array, speed_mps_max: float) -> Moving
     poses = np.where(smooth[:, None, None], agents.poses_map, first[:, None, :])[kept]
     inflation = np.where(np.isfinite(agents.inflation_m), np.maximum(agents.inflation_m, 0.0), 0.0)[kept]
     sizes = agents.sizes_m[kept]
-    walks = agents.kinds[kept] == PEDESTRIAN
+    walks, rides = agents.kinds[kept] == PEDESTRIAN, agents.kinds[kept] == CYCLIST
     discs, spread, owner = discs_over_time(
         np.ascontiguousarray(poses), agents.times_s, sizes, walks, inflation, times_s
     )
-    return MovingDiscs(times_s, discs, spread, kept[owner], walks[owner], agents.ids[~smooth])
+    return MovingDiscs(times_s, discs, spread, kept[owner], walks[owner], rides[owner], agents.ids[~smooth])
 
 
 def early_slots(agents: Agents, params: MotionParams) -> IntArray:

@@ -120,12 +120,19 @@ class StoppingRoom(NamedTuple):
     late_s: float = 0.55
 
 
+# A cyclist or scooter turns in faster than a person walks, brakes harder, and is out of the way as soon.
+RIDER_ROOM = StoppingRoom(
+    aside_m=1.3, speed_mps_min=1.0, step=SuddenStep(2.5, 0.5), person_mps2=4.0, late_s=0.7, response_s=0.55
+)
+
+
 class ProjectionParams(NamedTuple):
     """What the projection keeps clear of agents, as its kernels take it.
 
     box                          the vehicle's outline
     hard_margin_m, soft_margin_m  kept always; kept where it costs little
     law, room                    speed by clearance to a person; the room to stop before one
+    rider_room                   the room to stop before a rider who turns in
     nose_m                       length of the body, from the bumper back, that can run into a person
     """
 
@@ -135,6 +142,7 @@ class ProjectionParams(NamedTuple):
     law: ClearanceLaw
     nose_m: float
     room: StoppingRoom
+    rider_room: StoppingRoom
 
 
 class Agents(msgspec.Struct, frozen=True):
@@ -215,6 +223,7 @@ class MotionParams(msgspec.Struct, frozen=True):
     limits: DrivingLimits = DrivingLimits()
     law: ClearanceLaw = ClearanceLaw()
     room: StoppingRoom = StoppingRoom()
+    rider_room: StoppingRoom = RIDER_ROOM
     path: PathWeights = PathWeights()
     speed: SpeedWeights = SpeedWeights()
     smoothing_m: float = 0.6
@@ -251,6 +260,7 @@ class MotionParams(msgspec.Struct, frozen=True):
             self.law,
             self.vehicle.nose_m,
             self.room,
+            self.rider_room,
         )
 
 

@@ -55,11 +55,24 @@ class LocalizationChanger(AnnouncedChange[LocalizationMapPublished]):
     async def _fetch(self, wanted: LocalizationMapPublished) -> None:
         maps = self._files.localization
         await asyncio.to_thread(maps.prune, wanted.map_version)
-        if not await asyncio.to_thread(maps.has, wanted.map_version):
+        if not await asyncio.to_thread(self._has_whole, wanted.map_version):
             await self._download(wanted)
         if self._said_stored != wanted.map_version:
             self._said_stored = wanted.map_version
             await self._report(LocalizationMapStored(wanted.map_version))
+
+    def _has_whole(self, map_version: str) -> bool:
+        """It lies here since a change before, and no tile has been damaged since."""
+        maps = self._files.localization
+        if not maps.has(map_version):
+            return False
+        try:
+            self._check(maps.root / map_version)
+        except LocalizationMapError as error:
+            log.error("localization_map.damaged", vehicle_id=self._vehicle_id, error=str(error))
+            maps.give_up(maps.root / map_version)
+            return False
+        return True
 
     async def _download(self, wanted: LocalizationMapPublished) -> None:
         maps = self._files.localization

@@ -124,9 +124,6 @@ class LocalizationFiles:
         for folder in self.root.glob("*"):
             if folder.is_dir() and folder.name not in kept:
                 shutil.rmtree(folder, ignore_errors=True)
-        for folder in self.root.glob(".*.part"):
-            if folder.name not in kept:
-                shutil.rmtree(folder, ignore_errors=True)
 
     def _versions(self) -> tuple[str, str]:
         """(in force, the one before), "" for none."""

@@ -1,5 +1,6 @@
 import { effect, signal } from "@preact/signals";
 import { api } from "../shared/api/client";
+import { STORED_AT } from "../shared/api/server_time";
 import { language } from "../shared/texts/language";
 import { formatTimeOrDateTime } from "../shared/texts/times";
 import { Alert } from "../shared/ui/alerts";
@@ -11,9 +12,6 @@ export const stored_at = signal<string | null>(null);
 
 /** A connection that the browser reports may not carry anything yet. */
 const RETRY_MS = 4_000;
-
-/** As the service worker writes it (src/sw/sw.ts). */
-const STORED_AT = "Campusloop-Stored-At";
 
 /** Keeps the page, the timetable and the last ticket on this phone, for when there is no connection. */
 export function keepForOffline(): void {

@@ -10,7 +10,7 @@ import pytest
 from obstore.store import MemoryStore
 
 from server.store.segments.bucket import CACHE_AGE_S_MIN, SegmentBucket, open_bucket
-from server.store.segments.choice import open_segment_store
+from server.store.segments.choice import open_segment_store, open_tile_store
 from server.store.segments.folder import SegmentFolder
 from server.store.segments.incoming import SegmentHashError, SegmentSizeError
 from server.store.segments.segment_store import SegmentStore, SegmentStoreError
@@ -159,3 +159,24 @@ def test_without_a_url_segments_lie_under_var_dir_and_a_file_url_names_another_f
     put(open_segment_store(f"file://{tmp_path}/shared", tmp_path / "var", 100), DATA)
     for folder in ("var/segments", "shared"):
         assert (tmp_path / folder / SHA256[:2] / f"{SHA256}.mcap").read_bytes() == DATA
+
+
+def test_what_is_removed_is_gone_from_store_and_cache_and_can_come_again(new_store: NewStore) -> None:
+    store = new_store(100)
+    put(store, DATA)
+    assert store.fetch(SHA256) is not None
+    for _ in range(2):
+        store.remove(SHA256)
+        assert not store.has(SHA256)
+        assert store.fetch(SHA256) is None
+    put(store, DATA)
+    assert store.has(SHA256)
+
+
+def test_tiles_of_localization_maps_lie_beside_the_segments(tmp_path: Path) -> None:
+    put(open_tile_store("", tmp_path / "var"), DATA)
+    put(open_tile_store(f"file://{tmp_path}/shared", tmp_path / "var"), DATA)
+    for folder in ("var/localization-tiles", "shared/localization-tiles"):
+        assert (tmp_path / folder / SHA256[:2] / f"{SHA256}.tile").read_bytes() == DATA
+    with pytest.raises(SegmentStoreError):
+        open_tile_store("nonsense://x", tmp_path)

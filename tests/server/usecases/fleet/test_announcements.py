@@ -1,14 +1,16 @@
 """Announcements to riders: which boards show them, which shuttles say them, and when they go."""
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
 
 from server.domain.errors import AnnouncementInvalid, StopUnknown, VehicleUnknown
 from server.domain.service.announcements import STANDING_MAX, Announcement, Audience
-from server.usecases.fleet import announcements
+from server.usecases.fleet import announcements, vehicle_sessions
 from server.usecases.fleet.announcements import NewAnnouncement
 from server.usecases.fleet.stop_boards import stop_board
+from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import outbox
 from server.usecases.orders.outbox import UNTIL_ENDED_NS
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -38,6 +40,12 @@ def said(campus: CampusUnderTest, vehicle_id: str) -> list[tuple[str, str, int]]
     """What the vehicle gets from the server now."""
     commands = campus.do(lambda uow: outbox.outbox_of(uow, vehicle_id)).commands
     return [(one.text, one.text_zh, one.shown_until_ns) for one in commands]
+
+
+def starts(campus: CampusUnderTest, vehicle_id: str, boot_id: str) -> None:
+    """Its agent says hello."""
+    hello = HelloFacts(vehicle_id, boot_id, "0.1", "snow_lion", "", (), None, 6, 0)
+    campus.do(lambda uow: vehicle_sessions.open_session(uow, hello))
 
 
 def pass_s(campus: CampusUnderTest, seconds: float) -> None:
@@ -93,6 +101,32 @@ def test_a_shuttle_goes_back_to_the_older_announcement_when_the_newer_one_is_end
     assert [text for text, _, _ in said(campus, "shuttle-1")] == [ALL.text_en, IN_SHUTTLES.text_en]
     campus.do(lambda uow: announcements.end(uow, newer.announcement_id, "bob"))
     assert [text for text, _, _ in said(campus, "shuttle-1")] == [ALL.text_en, ALL.text_en]
+
+
+def test_a_shuttle_that_starts_says_what_stands_and_says_it_once(campus: CampusUnderTest) -> None:
+    made(campus, ALL)
+    pass_s(campus, 1.0)
+    made(campus, IN_SHUTTLES)
+    campus.enrol("shuttle-3")
+    assert said(campus, "shuttle-3") == []
+    starts(campus, "shuttle-3", "boot-1")
+    assert [text for text, _, _ in said(campus, "shuttle-3")] == [IN_SHUTTLES.text_en]
+    starts(campus, "shuttle-3", "boot-1")
+    starts(campus, "shuttle-3", "boot-2")
+    assert [text for text, _, _ in said(campus, "shuttle-3")] == [IN_SHUTTLES.text_en], "it waits already"
+
+
+def test_a_shuttle_that_has_said_it_says_it_again_after_a_start(campus: CampusUnderTest) -> None:
+    starts(campus, "shuttle-1", "boot-1")
+    made(campus, ALL)
+    (command,) = campus.do(lambda uow: outbox.outbox_of(uow, "shuttle-1")).commands
+    answered = campus.read(lambda uow: uow.vehicles.command(command.command_id))
+    assert answered is not None
+    campus.do(lambda uow: uow.vehicles.save_command(replace(answered, state="done")))
+    starts(campus, "shuttle-1", "boot-1")
+    assert said(campus, "shuttle-1") == [], "a lost link is no start"
+    starts(campus, "shuttle-1", "boot-2")
+    assert [text for text, _, _ in said(campus, "shuttle-1")] == [ALL.text_en]
 
 
 def test_unknown_stops_and_shuttles_and_too_many_are_refused_and_nothing_is_kept(

@@ -161,3 +161,71 @@ def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_walks_ah
         float(occupied(people((x, HALF + 0.25, vx, 0.0)))[0].limit_mps[0, 32]) for vx in (1.2, 0.0, -1.2)
     ]
     assert limits[0] > limits[1] > limits[2]
+
+
+def rider(x_m: float, aside_m: float, vx_mps: float, vy_mps: float = 0.0) -> Agents:
+    """A cyclist whose rear wheel is x_m before the bumper of a vehicle at the path's beginning."""
+    length_m, width_m = 1.8, 0.6
+    who = people((FRONT + x_m + 0.5 * length_m, HALF + 0.5 * width_m + aside_m, vx_mps, vy_mps))
+    return msgspec.structs.replace(
+        who,
+        kinds=np.array([CYCLIST]),
+        sizes_m=np.array([[length_m, width_m]]),
+        inflation_m=0.0 * who.inflation_m,
+    )
+
+
+def limit_of(who: Agents) -> float:
+    """What a vehicle at the path's beginning may drive now."""
+    return float(occupied(who)[0].limit_mps[0, 0])
+
+
+def test_who_overtakes_close_by_may_turn_in_and_is_let_go_ahead() -> None:
+    limits = [limit_of(rider(ahead_m, 1.0, 6.0)) for ahead_m in (0.0, 1.0, 2.0, 3.5)]
+    assert limits == sorted(limits)
+    assert limits[0] < 3.5
+    assert limits[-1] > 5.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(ahead_m=st.floats(0.3, 4.0), aside_m=st.floats(0.2, 1.0), mps=st.floats(2.0, 8.0))
+def test_a_vehicle_at_its_limit_stops_behind_a_rider_who_turns_across_or_is_slow_by_then(
+    ahead_m: float, aside_m: float, mps: float
+) -> None:
+    room, v = PARAMS.rider_room, limit_of(rider(ahead_m, aside_m, mps))
+    # Their outline is a row of discs about its corners.
+    comes_s = turn_time_s(aside_m - (0.3 * 2.0**0.5 - 0.3), 0.0, room.step)
+    along_mps = mps * np.exp(-comes_s / room.step.rise_s)
+    stops_m = room.response_s * v + v**2 / (2.0 * room.decel_mps2)
+    goes_m = mps * min(0.5 * mps / room.person_mps2, room.step.rise_s)
+    met_mps = v - room.decel_mps2 * max(comes_s - room.late_s, 0.0)
+    slow_mps = room.speed_mps_min + along_mps
+    assert stops_m <= ahead_m + goes_m - room.ahead_m + 1e-3 or met_mps <= slow_mps + 1e-3
+
+
+@pytest.mark.parametrize(
+    "who",
+    [
+        rider(1.0, 1.0, -5.0),
+        rider(1.0, 1.0, 0.3, 3.0),
+        rider(1.0, 1.6, 6.0),
+        rider(-4.0, 1.0, 6.0),
+        rider(7.0, 1.0, 6.0),
+    ],
+    ids=["comes towards it", "leaves across", "keeps their distance", "is at the flank", "is far ahead"],
+)
+def test_other_riders_slow_nothing_down(who: Agents) -> None:
+    assert limit_of(who) > 5.0
+
+
+def test_a_plan_lets_who_overtakes_go_ahead_and_drives_on() -> None:
+    close, wide = (
+        plan_motion(a_request(speed_mps=4.0, agents=rider(-0.5, aside_m, 5.4)), PARAMS)
+        for aside_m in (0.9, 1.8)
+    )
+    assert close.feasible
+    assert wide.feasible
+    assert close.rows[:, 5].min() < 3.6, "it eases off"
+    assert close.rows[-1, 5] > 3.9
+    assert close.quality == "planned"
+    assert wide.rows[:, 5].min() > 3.9

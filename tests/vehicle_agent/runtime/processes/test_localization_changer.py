@@ -129,6 +129,28 @@ def test_a_map_is_fetched_offered_and_taken_over_tile_by_tile(tmp_path: Path) ->
     assert old.asked == []
 
 
+def test_a_roll_back_to_a_map_that_was_damaged_meanwhile_fetches_what_is_wrong(tmp_path: Path) -> None:
+    point_map(tmp_path / "old", ROADS.origin)
+    point_map(tmp_path / "new", ROADS.origin, changed=3)
+    vehicle, old, new = (
+        Vehicle(tmp_path / "vehicle"),
+        Server(tmp_path / "old"),
+        Server(tmp_path / "new"),
+    )
+    for server in (old, new):
+        vehicle.offered.clear()
+        vehicle.fetch(server)
+        vehicle.files.localization.adopt(server.manifest.map_version)
+    kept = vehicle.files.localization.root / old.manifest.map_version
+    (kept / old.manifest.tiles[0].file).write_bytes(b"rot")
+    old.asked.clear()
+    vehicle.offered.clear()
+    vehicle.fetch(old)
+    assert old.tiles_asked() == 3
+    vehicle.files.localization.adopt(old.manifest.map_version)
+    assert vehicle.files.checked_point_map() is not None
+
+
 def test_a_fetch_that_was_cut_off_goes_on_where_it_stopped(tmp_path: Path) -> None:
     point_map(tmp_path / "map", ROADS.origin, tiles=6)
     vehicle, server = Vehicle(tmp_path / "vehicle"), Server(tmp_path / "map")

@@ -15,7 +15,9 @@ from vehicle_agent.planning.motion.request import ProjectionParams, StoppingRoom
 from vehicle_agent.planning.motion.speed.speed_limits import law_speed
 
 # The stopping room of a person farther away than this is not checked.
-_ROOM_M = 2.5
+_ROOM_M, _RIDER_ROOM_M = 2.5, 5.0
+# A rider who goes the vehicle's way at this speed or more may turn in.
+_RIDES_MPS = 1.0
 # A person this far behind the bumper can still step in front of it: until then the vehicle creeps.
 _CORNER_M = 0.3
 _NEWTON_STEPS = 4
@@ -157,7 +159,7 @@ def _occupy(
 
     Arrays are taken out of the tuples once: each use of a tuple counts references to all of its arrays.
     """
-    a, is_person, box = moving.owner[m], moving.pedestrian[m], params.box
+    a, is_person, is_rider, box = moving.owner[m], moving.pedestrian[m], moving.rider[m], params.box
     # Only the vehicle's nose runs into a person; a person farther back walks alongside.
     tail = min(box.rear_m, params.nose_m - box.front_m) if is_person else box.rear_m
     body = Box(box.front_m, tail, box.half_width_m)
@@ -175,6 +177,8 @@ def _occupy(
         )
         soft = hard + (params.soft_margin_m + inflation[t, m] if hard == params.hard_margin_m else 0.0)
         matters = max(soft, params.law.delta_m_max, _ROOM_M) if is_person else soft
+        if is_rider:
+            matters = max(soft, _RIDER_ROOM_M)
         j = 0
         while j < ways.shape[0]:
             at, u = BoxPose(poses[j, 0], poses[j, 1], cos[j], sin[j]), ways[j]
@@ -187,34 +191,37 @@ def _occupy(
                 j += max(1, int((gap - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
                 continue
             if is_person:
-                limit[t, j] = _person_speed(at, box, (px, py, vx, vy), radius, gap, params, limit[t, j])
+                if gap < params.law.delta_m_max:
+                    limit[t, j] = min(limit[t, j], law_speed(gap, params.law))
+                limit[t, j] = _speed_with_room(at, box, (px, py, vx, vy), radius, params.room, limit[t, j])
+            elif is_rider and vx * at.cos + vy * at.sin > max(abs(vy * at.cos - vx * at.sin), _RIDES_MPS):
+                limit[t, j] = _speed_with_room(
+                    at, box, (px, py, vx, vy), radius, params.rider_room, limit[t, j]
+                )
             j += 1
 
 
 @njit(cache=True)
-def _person_speed(
+def _speed_with_room(
     at: BoxPose,
     box: Box,
     person: tuple[float, float, float, float],
     radius: float,
-    gap: float,
-    params: ProjectionParams,
+    room: StoppingRoom,
     limit: float,
 ) -> float:
-    """The limit, lowered by the clearance `gap` to a person and by the room to stop before them.
+    """The limit, lowered by the room to stop before a person or rider ahead of the bumper or beside the way.
 
     person: x, y and velocity
     """
-    if gap < params.law.delta_m_max:
-        limit = min(limit, law_speed(gap, params.law))
     dx, dy, vx, vy = person[0] - at.x_m, person[1] - at.y_m, person[2], person[3]
     ahead = at.cos * dx + at.sin * dy - box.front_m - radius
     across = at.cos * dy - at.sin * dx
     aside = abs(across) - box.half_width_m - radius
-    if ahead + radius > -_CORNER_M and aside < params.room.aside_m:
+    if ahead + radius > -_CORNER_M and aside < room.aside_m:
         along_mps = at.cos * vx + at.sin * vy
         away_mps = (at.cos * vy - at.sin * vx) * (1.0 if across > 0.0 else -1.0)
-        limit = min(limit, _room_speed(ahead, aside, along_mps, away_mps, params.room))
+        limit = min(limit, _room_speed(ahead, aside, along_mps, away_mps, room))
     return limit
 
 
@@ -241,7 +248,8 @@ def _room_speed(
     along_mps, away_mps  how the person walks now, along the path and away from it
     """
     comes_mps = max(-along_mps, 0.0)
-    goes_m = 0.5 * max(along_mps, 0.0) ** 2 / room.person_mps2
+    # Who brakes goes on so far; who turns across keeps their speed along the path for about rise_s.
+    goes_m = max(along_mps, 0.0) * min(0.5 * max(along_mps, 0.0) / room.person_mps2, room.step.rise_s)
     left_m = max(ahead_m + goes_m - comes_mps * room.response_s - room.ahead_m, 0.0)
     late_s = room.response_s + comes_mps / room.decel_mps2
     stops_mps: float = room.decel_mps2 * (

@@ -67,6 +67,7 @@ function VersionRow({ version }: { readonly version: Schemas["LocalizationMapVie
       <span>
         <strong>{version.note || version.map_version.slice(0, 12)}</strong>{" "}
         {version.active && <span class="chip good">{t.map_in_force}</span>}
+        {!version.in_frame && <small>{t.localization_map_elsewhere}</small>}
         <small>
           {t.localization_map_kinds[version.kind]} ·{" "}
           {t.localization_map_size(version.tile_count, (version.size_bytes / 1e6).toFixed(1))}
@@ -78,6 +79,14 @@ function VersionRow({ version }: { readonly version: Schemas["LocalizationMapVie
             version.map_version.slice(0, 12),
           )}
         </small>
+        {version.active && version.activated_at !== null && (
+          <small>
+            {t.localization_map_activated(
+              version.activated_by,
+              formatDateTime(version.activated_at),
+            )}
+          </small>
+        )}
         {version.used_by.length > 0 && (
           <small>{t.localization_map_used_by(version.used_by.join(", "))}</small>
         )}
@@ -92,12 +101,14 @@ function VersionRow({ version }: { readonly version: Schemas["LocalizationMapVie
       </span>
       {!version.active && (
         <RoleGate roles={["safety"]}>
-          <button type="button" class="button small" onClick={() => (asks.value = "put")}>
-            {t.put_in_force}
-          </button>
-          <button type="button" class="button small" onClick={() => (asks.value = "remove")}>
-            {t.remove_localization_map}
-          </button>
+          <div class="buttons">
+            <button type="button" class="button small" onClick={() => (asks.value = "put")}>
+              {t.put_in_force}
+            </button>
+            <button type="button" class="button small" onClick={() => (asks.value = "remove")}>
+              {t.remove_localization_map}
+            </button>
+          </div>
         </RoleGate>
       )}
       {asks.value === "put" && (

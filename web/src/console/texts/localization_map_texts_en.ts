@@ -15,6 +15,9 @@ export const localizationMapEn = {
   localization_map_size: (tiles: number, megabytes: string) => `${tiles} tiles, ${megabytes} MB`,
   localization_map_published: (by: string, when: string, version: string) =>
     `Published by ${by}, ${when} · ${version}`,
+  localization_map_activated: (by: string, when: string) => `Put in force by ${by}, ${when}`,
+  localization_map_elsewhere:
+    "It lies in another frame than the road map in force. No shuttle fetches it.",
   localization_map_used_by: (vehicles: string) => `In use on: ${vehicles}`,
   localization_map_awaited: (vehicle: string, change: string) => `${vehicle}: ${change}`,
   localization_map_changes: {

@@ -10,6 +10,8 @@ export const localizationMapZh: typeof localizationMapEn = {
   },
   localization_map_size: (tiles, megabytes) => `${tiles} 个分块，${megabytes} MB`,
   localization_map_published: (by, when, version) => `${by} 发布于 ${when} · ${version}`,
+  localization_map_activated: (by, when) => `${by} 于 ${when} 使其生效`,
+  localization_map_elsewhere: "其坐标系与生效的道路地图不同，车辆不会下载。",
   localization_map_used_by: (vehicles) => `正在使用：${vehicles}`,
   localization_map_awaited: (vehicle, change) => `${vehicle}：${change}`,
   localization_map_changes: {

@@ -1,4 +1,5 @@
 import { campus } from "../../shared/campus/campus";
+import { serverNow_ms } from "../../shared/api/server_time";
 import { language } from "../../shared/texts/language";
 import * as times from "../../shared/texts/times";
 import { link } from "../session";
@@ -11,7 +12,7 @@ function timezone(): string {
 
 /** The server's clock, or this computer's while no message from the server has arrived. */
 export function now_ms(): number {
-  return link.value?.now_ms() ?? Date.now();
+  return link.value?.now_ms() ?? serverNow_ms();
 }
 
 export function formatTime(timestamp: Timestamp): string {

@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { useEffect } from "preact/hooks";
 import { language } from "../../shared/texts/language";
 import { formatTimeOrDateTime } from "../../shared/texts/times";
@@ -23,7 +24,7 @@ export function AnnouncementList({ timezone, ...journey }: AnnouncementListProps
             {one.ends_at !== null && (
               <small>
                 {t.said_until(
-                  formatTimeOrDateTime(one.ends_at, Date.now(), language.value, timezone),
+                  formatTimeOrDateTime(one.ends_at, serverNow_ms(), language.value, timezone),
                 )}
               </small>
             )}

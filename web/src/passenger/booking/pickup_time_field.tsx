@@ -1,5 +1,6 @@
 import { useEffect, useId, useRef } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
+import { serverNow_ms } from "../../shared/api/server_time";
 import { language } from "../../shared/texts/language";
 import { fromLocalInput, toLocalInput, weekdayName } from "../../shared/texts/times";
 import { texts } from "../texts/texts";
@@ -29,7 +30,7 @@ interface CampusViewProps {
 export function isPickupTimeValid(timezone: string): boolean {
   if (earliest.value === "") return true;
   const time = fromLocalInput(earliest.value, timezone);
-  return time !== null && time.getTime() > Date.now() - PAST_MS_MAX;
+  return time !== null && time.getTime() > serverNow_ms() - PAST_MS_MAX;
 }
 
 /** The pickup time: now, a later time in the campus's timezone, or a time on certain weekdays. */
@@ -55,7 +56,7 @@ export function PickupTimeField({ view }: CampusViewProps) {
           type="button"
           aria-pressed={is_later}
           onClick={() =>
-            choose(earliest.value || toLocalInput(Date.now() + DEFAULT_DELAY_MS, view.timezone))
+            choose(earliest.value || toLocalInput(serverNow_ms() + DEFAULT_DELAY_MS, view.timezone))
           }
         >
           {t.later}
@@ -90,7 +91,7 @@ function LaterTimeField({ view }: CampusViewProps) {
             type="button"
             class="button small"
             onClick={() => {
-              earliest.value = input(Date.now() + minutes * 60_000);
+              earliest.value = input(serverNow_ms() + minutes * 60_000);
             }}
           >
             {t.in_min(minutes)}
@@ -103,8 +104,8 @@ function LaterTimeField({ view }: CampusViewProps) {
         class="input"
         type="datetime-local"
         required
-        min={input(Date.now())}
-        max={input(Date.now() + view.booking_ahead_s_max * 1000)}
+        min={input(serverNow_ms())}
+        max={input(serverNow_ms() + view.booking_ahead_s_max * 1000)}
         value={earliest.value}
         onChange={(event) => {
           const time = event.currentTarget.value;

@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
@@ -31,7 +32,7 @@ export function makeRecurring(timezone: string): void {
 
 /** The campus's date in a number of days, in the format of a date input. */
 export function dateInDays(days: number, timezone: string): string {
-  return toLocalInput(Date.now() + days * DAY_MS, timezone).slice(0, 10);
+  return toLocalInput(serverNow_ms() + days * DAY_MS, timezone).slice(0, 10);
 }
 
 export function isSeriesRequestValid(timezone: string): boolean {

@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { batch, useSignal } from "@preact/signals";
 import type { Campus } from "../campus/campus";
 import { stopNameById } from "../../shared/campus/campus_geometry";
@@ -69,7 +70,7 @@ function alternativeText(alternative: Alternative, campus: Campus): string {
   const t = texts.value;
   const at = alternative.pickup_at
     .map((time) =>
-      formatTimeOrDateTime(Date.parse(time), Date.now(), language.value, campus.view.timezone),
+      formatTimeOrDateTime(Date.parse(time), serverNow_ms(), language.value, campus.view.timezone),
     )
     .join(t.and);
   const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);

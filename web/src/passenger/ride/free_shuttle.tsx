@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { batch, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
@@ -135,7 +136,7 @@ export function FreeShuttle({ ticket, campus, onFree }: FreeShuttleProps) {
 
 /** The refused request again; its time is now if it is over. */
 function requestOf(ticket: Ticket): Schemas["RideRequest"] {
-  const is_ahead = Date.parse(ticket.earliest) > Date.now();
+  const is_ahead = Date.parse(ticket.earliest) > serverNow_ms();
   return {
     from_stop: ticket.from_stop,
     to_stop: ticket.to_stop,
@@ -153,7 +154,7 @@ function fillRequest(ticket: Ticket, timezone: string): void {
     destination.value = ticket.to_stop;
     party.value = ticket.party;
     wheelchairs.value = ticket.wheelchairs;
-    earliest.value = earliest_ms > Date.now() ? toLocalInput(earliest_ms, timezone) : "";
+    earliest.value = earliest_ms > serverNow_ms() ? toLocalInput(earliest_ms, timezone) : "";
     mayWalk.value = false;
   });
 }

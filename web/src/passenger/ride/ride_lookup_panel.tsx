@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { useSignal } from "@preact/signals";
 import { useEffect, useId } from "preact/hooks";
 import type { Schemas } from "../../shared/api/client";
@@ -95,8 +96,8 @@ function RideLookupResult({ code, campus }: RideLookupPanelProps) {
   if (problem.value !== null) return <ProblemAlert problem={problem.value} />;
   if (ride.value === null) return <p role="status">{t.finding}</p>;
   const progress = rideProgress(ride.value, null, null, {
-    now_ms: Date.now(),
-    known_ms: Date.now(),
+    now_ms: serverNow_ms(),
+    known_ms: serverNow_ms(),
   });
   const name = (stop_id: string) => stopNameById(campus.stops, stop_id, language.value);
   const vehicle = ride.value.vehicle_name || t.shuttle;

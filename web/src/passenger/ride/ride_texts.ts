@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { monotonic_ms } from "../../shared/live/clock";
 import type { PresentRideState, RideState } from "../../shared/state/ride_state";
 import type { Stopped } from "../../shared/state/vehicle_state";
@@ -136,7 +137,7 @@ export function shortText(state: RideState, now_ms: number): string {
 
 /** The server's clock; read together with the page's, so that texts stay current. */
 export function nowOf(ride: RideTracker): number {
-  return monotonic_ms.value > 0 ? (ride.link.now_ms() ?? Date.now()) : Date.now();
+  return monotonic_ms.value > 0 ? (ride.link.now_ms() ?? serverNow_ms()) : serverNow_ms();
 }
 
 function time(time_ms: number, now_ms: number, timezone: string): string {

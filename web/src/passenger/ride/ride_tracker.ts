@@ -1,3 +1,4 @@
+import { serverNow_ms } from "../../shared/api/server_time";
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Schemas } from "../../shared/api/client";
 import { api, resultOf } from "../../shared/api/client";
@@ -31,7 +32,7 @@ export class RideTracker {
   readonly vehicle = computed(() => this.link.scene.value?.vehicles[0] ?? null);
   /** The server's clock, in steps: what a ride is may change without any message. */
   private readonly clock_ms = computed(() => {
-    const now_ms = monotonic_ms.value > 0 ? (this.link.now_ms() ?? Date.now()) : Date.now();
+    const now_ms = monotonic_ms.value > 0 ? (this.link.now_ms() ?? serverNow_ms()) : serverNow_ms();
     return Math.floor(now_ms / CLOCK_STEP_MS) * CLOCK_STEP_MS;
   });
   private readonly loaded_ms = signal<number | null>(null);
@@ -141,7 +142,7 @@ export class RideTracker {
       }),
     );
     if (!result.ok) return result.problem;
-    this.help_at.value = new Date(this.link.now_ms() ?? Date.now()).toISOString();
+    this.help_at.value = new Date(this.link.now_ms() ?? serverNow_ms()).toISOString();
     sessionStorage.setItem(this.helpKey(), this.help_at.value);
     return null;
   }
@@ -161,7 +162,7 @@ export class RideTracker {
     batch(() => {
       if (result.ok) {
         this.ticket.value = result.value;
-        this.loaded_ms.value = Date.now();
+        this.loaded_ms.value = serverNow_ms();
         this.ticket_came_ms.value = stored_at.value === null ? performance.now() : null;
       }
       this.problem.value = result.ok || this.ticket.value !== null ? null : result.problem;

@@ -2,10 +2,17 @@ import createClient from "openapi-fetch";
 import type { Result } from "./problem";
 import { OFFLINE, problemFrom } from "./problem";
 import type { components, paths } from "./schema";
+import { noteSent, STORED_AT } from "./server_time";
 
 export type Schemas = components["schemas"];
 
 export const api = createClient<paths>();
+
+api.use({
+  onResponse({ response }) {
+    if (!response.headers.has(STORED_AT)) noteSent(response.headers.get("Date"));
+  },
+});
 
 interface ApiResponse<T> {
   readonly data?: T;

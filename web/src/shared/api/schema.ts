@@ -5089,6 +5089,11 @@ export interface components {
              * @description In force: vehicles of this kind fetch it.
              */
             active: boolean;
+            /**
+             * In Frame
+             * @description It lies in the frame of the road map in force; otherwise no vehicle is told of it.
+             */
+            in_frame: boolean;
             /** Activated By */
             activated_by: string;
             /** Activated At */
@@ -5121,6 +5126,7 @@ export interface components {
          *       "published_by": "operator",
          *       "published_at": "2026-09-01T08:00:00Z",
          *       "active": true,
+         *       "in_frame": true,
          *       "activated_by": "operator",
          *       "activated_at": "2026-09-01T08:05:00Z",
          *       "used_by": [
@@ -5167,6 +5173,11 @@ export interface components {
              * @description In force: vehicles of this kind fetch it.
              */
             active: boolean;
+            /**
+             * In Frame
+             * @description It lies in the frame of the road map in force; otherwise no vehicle is told of it.
+             */
+            in_frame: boolean;
             /** Activated By */
             activated_by: string;
             /** Activated At */
