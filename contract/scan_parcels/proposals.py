@@ -45,7 +45,7 @@ class Comparison(msgspec.Struct, frozen=True):
     moving_removed     elements that beams went through later: people, cars
     shift_m, turn_rad  by which the drives were laid on the map in force
     residual_median_m, residual_p95_m  across the surfaces that both have, afterwards
-    changed_ratio      of all surface that can be compared; None if nothing can
+    changed_ratio      of all surface that can be compared; None without a map in force in this place
     """
 
     map_version: str

@@ -154,7 +154,7 @@ def _comparison(
         turn_rad=0.0 if moved is None else round(float(np.arctan2(moved[1, 0], moved[0, 0])), 6),
         residual_median_m=None if alignment is None else round(alignment.residual_median_m, 4),
         residual_p95_m=None if alignment is None else round(alignment.residual_p95_m, 4),
-        changed_ratio=round(changed / known, 4) if known else None,
+        changed_ratio=None if alignment is None else round(changed / max(1, known), 4),
         tiles=tuple(
             ProposedTile(**msgspec.structs.asdict(tile), is_remade=(tile.ix, tile.iy) in remade)
             for tile in tiles

@@ -71,7 +71,7 @@ export const scanEn = {
   proposal_stop: "Stop",
   proposal_changed: (percent: string, changed: number, compared: number) =>
     `${percent} % of the surface has changed; ${changed} of ${compared} tiles differ`,
-  proposal_nothing_in_force: "No map is in force: nothing can be compared.",
+  proposal_nothing_in_force: "Nothing can be compared: no map is in force, or not in this place.",
   proposal_residual: (median: string, p95: string) =>
     `Where both have a surface they differ by ${median} cm, 95 % by less than ${p95} cm`,
   proposal_shift: (metres: string) => `Moved by ${metres} m to lie on the map in force`,

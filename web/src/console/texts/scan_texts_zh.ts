@@ -64,7 +64,7 @@ export const scanZh: typeof scanEn = {
   proposal_stop: "停止",
   proposal_changed: (percent, changed, compared) =>
     `${percent}% 的表面有变化；${compared} 个分块中有 ${changed} 个不同`,
-  proposal_nothing_in_force: "没有生效的地图，无法比较。",
+  proposal_nothing_in_force: "无法比较：没有生效的地图，或生效的地图不含此处。",
   proposal_residual: (median, p95) => `相同表面相差 ${median} 厘米，95% 小于 ${p95} 厘米`,
   proposal_shift: (metres) => `为与生效地图对齐移动了 ${metres} 米`,
   proposal_made_of: (drives, scans, metres) =>
