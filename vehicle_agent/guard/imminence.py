@@ -61,7 +61,9 @@ def will_touch(
     front_margin_m  extra room ahead of the bumper; margin_m: room on every side
     Each road user is simulated twice: braking as hard as they can, and keeping their velocity. Ahead of the
     bumper both may deviate to any side by half their lateral acceleration times the time squared. A road user
-    who is already within the margin may come half as near, and no nearer: walking alongside is no danger.
+    who is already within the margin may come half as near, and no nearer: walking alongside is no danger. For
+    one before the bumper, within the extra room, this holds for the distance from the body itself; one who
+    touches the bumper is touched.
     Alongside the body, behind its first 1.5 m, a person counts only where the vehicle turns towards them: as
     in RSS, the response to a lateral approach is not to move to that side.
     """
@@ -73,9 +75,14 @@ def will_touch(
         x, y, vx, vy, radius, brake, swerve = rows[i]
         v = math.hypot(vx, vy)
         now_m = clearance_m(x, y, back, front, half) - radius
+        bare_m = clearance_m(x, y, back, body[1], half) - radius
         deviation_m_max = 0.5 * swerve * end_s * end_s
         if now_m > reach + v * end_s + margin_m + deviation_m_max:
             continue
+        if bare_m <= 0.0 and x >= body[1]:
+            return True
+        # Within the extra room ahead: aside of it, a turn away would look like more room.
+        at_corner, corner_m = now_m <= 0.0 < bare_m, min(margin_m, 0.5 * bare_m)
         for k in range(1, steps + 1):
             t = min(k * STEP_S, end_s)
             s = travel_m(t, speed_mps, accel_mps2, response_s, decel_mps2)
@@ -95,12 +102,26 @@ def will_touch(
                     gap_m = max(gap_m, clearance_m(ahead, aside, back, front, half))
             if gap_m - radius < allowed:
                 return True
+            if at_corner and _is_nearer_to_body(ahead, aside, body, radius, corner_m):
+                return True
             ahead, aside = _in_moved_frame(x + vx * t, y + vy * t, s, curvature_1pm)
             if ahead < front - FRONT_ZONE_M:
                 continue
             if clearance_m(ahead, aside, back, front, half) - radius < ahead_m:
                 return True
+            if at_corner and _is_nearer_to_body(ahead, aside, body, radius, corner_m):
+                return True
     return False
+
+
+@njit(cache=True)
+def _is_nearer_to_body(
+    ahead: float, aside: float, body: tuple[float, float, float], radius: float, allowed_m: float
+) -> bool:
+    """Whether a road user at the front is nearer to the body itself than allowed_m."""
+    if ahead < body[1] - FRONT_ZONE_M:
+        return False
+    return clearance_m(ahead, aside, body[0], body[1], body[2]) - radius < allowed_m
 
 
 @njit(cache=True)

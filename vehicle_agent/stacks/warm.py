@@ -9,6 +9,7 @@ from contract.roads.model import Lane, ObservationArea, Origin, RestingPlace, Ro
 from contract.roads.projection import unproject
 from contract.wire.messages import Command, Order, SectionGrant, Visit
 from vehicle_agent.config import ByWire, LidarMount, Profile
+from vehicle_agent.localization.odometry_ekf import GYRO_BIAS, SIZE, correct_entry
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.onboard.tick import tick
 from vehicle_agent.perception.height_map import percept_from_scan
@@ -67,7 +68,13 @@ def warm_tick(profile: Profile) -> None:
     tick that is silent for so long.
     """
     _drive(profile, _with_observation_area(straight_road()))
+    warm_standing()
     warm_guard(profile)
+
+
+def warm_standing() -> None:
+    """Warms what localization does once the vehicle has stood for a while, which the drive above never does."""
+    correct_entry(np.zeros(SIZE), np.eye(SIZE), GYRO_BIAS, 0.01, 1e-4, 9.0)
 
 
 def warm_guard(profile: Profile) -> None:

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Pose2
 from vehicle_agent.config import Profile
+from vehicle_agent.gate.footprint import is_met_on_arc
+from vehicle_agent.gate.settings import gate_settings
 from vehicle_agent.guard.imminence import clearance_m, travel_m, will_touch
 from vehicle_agent.signals import (
     CYCLIST,
@@ -296,3 +298,48 @@ def test_a_cyclist_beside_the_vehicle_counts_and_a_vehicle_in_the_next_lane_does
 @pytest.mark.parametrize("x", [FRONT + 0.3, -BODY.rear_overhang_m - 0.3])
 def test_people_before_the_bumper_and_behind_the_vehicle_are_not_alongside(x: float) -> None:
     assert alongside_mps(a_track(x, HALF + 0.3)) == math.inf
+
+
+def test_who_is_before_a_corner_of_the_bumper_is_braked_for_although_the_vehicle_turns_away() -> None:
+    """Within the extra room ahead, but aside of it: the turn leads past them by less than a centimetre."""
+    corner = a_track(FRONT + 0.17, -(HALF + 0.195), -0.27, 0.29)
+    assert brake(corner, 0.8, steer=0.39) > 0.0
+    assert brake(a_track(FRONT + 0.17, -(HALF + 0.6)), 0.8, steer=0.39) == 0.0
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    ahead=st.floats(0.0, 1.2),
+    y=st.floats(-1.4, 1.4),
+    vx=st.floats(-1.2, 1.2),
+    vy=st.floats(-1.2, 1.2),
+    speed=st.floats(0.55, 3.0),
+    steer=st.floats(-0.4, 0.4),
+)
+def test_the_guard_brakes_before_the_gate_would(
+    ahead: float, y: float, vx: float, vy: float, speed: float, steer: float
+) -> None:
+    """By the same percept on the same arc; the gate's stop needs an operator's resume."""
+    x, gate = FRONT + ahead, gate_settings(Profile())
+    disc = np.array([[x, y], [x - 0.25, y], [x + 0.25, y], [x, y - 0.25], [x, y + 0.25]])
+    velocity, curvature = np.array([vx, vy]), math.tan(steer) / gate.wheelbase_m
+
+    def is_met(after_s: float) -> bool:
+        way_m = speed * after_s
+        cos, sin = math.cos(curvature * way_m), math.sin(curvature * way_m)
+        turn = np.array([[cos, -sin], [sin, cos]])
+        return is_met_on_arc(
+            np.ascontiguousarray((disc + after_s * velocity - np.array([way_m, 0.0])) @ turn),
+            np.ascontiguousarray(np.tile(velocity @ turn, (len(disc), 1))),
+            curvature,
+            speed,
+            gate.delay_s,
+            gate.brake_mps2,
+            gate.margin_m,
+            gate.front_m,
+            gate.half_width_m,
+        )
+
+    # It wants to see it in three steps; who walks away faster than the vehicle follows is left to it.
+    if vx <= speed and is_met(0.0) and is_met(0.02) and is_met(0.04):
+        assert brake(a_track(x, y, vx, vy), speed, steer=steer) > 0.0
