@@ -45,7 +45,7 @@ from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
 from server.loops.webhooks import WebhookDeliveries
 from server.settings import PREFIX, Settings, SettingsError
-from server.store.segments.choice import open_segment_store, open_tile_store
+from server.store.segments.choice import open_scan_store, open_segment_store, open_tile_store
 from server.store.segments.segment_store import SegmentStore, SegmentStoreError
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.supervision.standing_tasks import StandingTask
@@ -79,6 +79,7 @@ class Ports:
     webhook_sender  None: nothing is sent to other networks, as in virtual time
     push_sender  None: nothing is sent to browsers
     spans   of rides; None: they are not traced
+    makes_maps  one of the loops, here or in another process, makes point maps of scans
     has_our_tables  the database is at this version's migration; it may block
     close   called last, after every task has ended
     """
@@ -97,6 +98,7 @@ class Ports:
     webhook_sender: WebhookSender | None = None
     push_sender: PushSender | None = None
     spans: Spans | None = None
+    makes_maps: bool = False
     has_our_tables: Callable[[], bool] = lambda: True
     close: Callable[[], Awaitable[None]] = field(default=_nothing_to_close)
 
@@ -188,6 +190,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         offload=ports.offload,
         segments=_segments(settings),
         tiles=_tiles(settings),
+        scans=_scans(settings),
         hub=hub,
         presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(
@@ -214,6 +217,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             password_checks=asyncio.Semaphore(PASSWORD_CHECKS_MAX),
         ),
         has_our_tables=ports.has_our_tables,
+        makes_maps=ports.makes_maps,
         maps=RoadMapWorkshop(),
         forks=ports.forks,
         webhook_sender=ports.webhook_sender,
@@ -233,6 +237,13 @@ def _segments(settings: Settings) -> SegmentStore:
 def _tiles(settings: Settings) -> SegmentStore:
     try:
         return open_tile_store(settings.segments_url, settings.var_dir)
+    except SegmentStoreError as error:
+        raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
+
+
+def _scans(settings: Settings) -> SegmentStore:
+    try:
+        return open_scan_store(settings.segments_url, settings.var_dir)
     except SegmentStoreError as error:
         raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
 

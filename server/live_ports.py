@@ -22,6 +22,7 @@ from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
 from server.key_file import BadKeyFile
 from server.loops.forks import ProcessForks
+from server.loops.scan_maps import ProcessMapBuilder, ScanMapLoop
 from server.loops.solver import ProcessSolver
 from server.push_encryption import PushIdentity
 from server.push_key_file import push_identity_of
@@ -31,9 +32,12 @@ from server.store.database_file import DatabaseInUse, database_file
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.schema import DatabaseTooNew, is_current, upgrade_to_head
+from server.store.segments.choice import open_scan_store, open_tile_store
+from server.store.segments.segment_store import SegmentStoreError
 from server.store.transactions import GroupCommit
 from server.store.unit_of_work import Context
 from server.supervision.retries import RetryPolicy
+from server.supervision.standing_tasks import StandingTask
 from server.supervision.supervisor import tell_event_loop
 from server.ticket_key_file import ticket_keys_of
 from server.usecases.fleet import campus
@@ -111,11 +115,24 @@ async def live_ports(
         end=end,
         webhook_sender=sender,
         push_sender=WebPushSender(push_identity, sender, settings.push_contact),
+        makes_maps=True,
         has_our_tables=lambda: is_current(engine),
         close=close,
     )
-    loops = standing_tasks(ports) if settings.with_loops else ()
+    loops = (*standing_tasks(ports), _scan_maps(settings, ports)) if settings.with_loops else ()
     return LivePorts(replace(ports, loops=loops), made_password)
+
+
+def _scan_maps(settings: Settings, ports: Ports) -> StandingTask:
+    """The loop that makes point maps of scans. Raises CannotStart."""
+    try:
+        scans = open_scan_store(settings.segments_url, settings.var_dir)
+        tiles = open_tile_store(settings.segments_url, settings.var_dir)
+    except SegmentStoreError as error:
+        raise CannotStart(f"CAMPUSLOOP_SEGMENTS_URL: {error}") from error
+    return ScanMapLoop(
+        ports.transactions, ports.bus, ports.campus_id, ports.offload, scans, tiles, ProcessMapBuilder()
+    ).task
 
 
 def _road_map(settings: Settings) -> RoadMap:

@@ -49,7 +49,8 @@ DATAGRAM_BYTES_MAX = 60_000
 SLOTS = 4
 # Four XT16 with one return turn by 32,000 points each.
 POINTS_MAX = 131_072
-_FLOATS_A_POINT = 4
+# x, y, z, intensity, and the time after the stamp in s.
+_FLOATS_A_POINT = 5
 _SLOT_HEADER = struct.Struct("<qqq")
 _SLOT_BYTES = _SLOT_HEADER.size + POINTS_MAX * _FLOATS_A_POINT * 4
 
@@ -179,35 +180,47 @@ class ScanRing:
             for slot in range(SLOTS):
                 _SLOT_HEADER.pack_into(self._map, slot * _SLOT_BYTES, -1, 0, 0)
 
-    def write(self, number: int, stamp_ns: int, points_base: Array32, intensities: Array32) -> ScanReady:
-        """Writes a scan: points_base (n, 3), intensities (n,).
+    def write(
+        self,
+        number: int,
+        stamp_ns: int,
+        points_base: Array32,
+        intensities: Array32,
+        offsets_s: Array32 | None = None,
+    ) -> ScanReady:
+        """Writes a scan: points_base (n, 3), intensities (n,), offsets_s (n,) of each point from the stamp.
 
+        offsets_s: None for a lidar that measures all points at once.
         Of more than POINTS_MAX points some are left out, evenly, so that no side of the vehicle is blind.
         """
         left_out = max(0, len(points_base) - POINTS_MAX)
         if left_out:
             chosen = np.arange(POINTS_MAX) * len(points_base) // POINTS_MAX
             points_base, intensities = points_base[chosen], intensities[chosen]
+            offsets_s = None if offsets_s is None else offsets_s[chosen]
         count = len(points_base)
         offset = number % SLOTS * _SLOT_BYTES
         _SLOT_HEADER.pack_into(self._map, offset, -1, stamp_ns, count)
         rows = self._rows(offset, count)
         rows[:, :3] = points_base
         rows[:, 3] = intensities
+        rows[:, 4] = 0.0 if offsets_s is None else offsets_s
         _SLOT_HEADER.pack_into(self._map, offset, number, stamp_ns, count)
         return ScanReady(number, stamp_ns, left_out)
 
     def read(self, ready: ScanReady) -> tuple[Array32, Array32] | None:
         """Copies of points (n, 3) and intensities (n,); None if the slot holds another scan by now."""
+        rows = self.read_rows(ready)
+        return None if rows is None else (rows[:, :3].copy(), rows[:, 3].copy())
+
+    def read_rows(self, ready: ScanReady) -> Array32 | None:
+        """A copy (n, 5): x, y, z, intensity, and each point's time after the stamp in s; None as `read`."""
         offset = ready.number % SLOTS * _SLOT_BYTES
         number, stamp_ns, count = _SLOT_HEADER.unpack_from(self._map, offset)
         if (number, stamp_ns) != (ready.number, ready.stamp_ns):
             return None
-        rows = self._rows(offset, count)
-        points, intensities = rows[:, :3].copy(), rows[:, 3].copy()
-        if _SLOT_HEADER.unpack_from(self._map, offset)[0] != ready.number:
-            return None
-        return points, intensities
+        rows = self._rows(offset, count).copy()
+        return rows if _SLOT_HEADER.unpack_from(self._map, offset)[0] == ready.number else None
 
     def newest(self) -> ScanReady | None:
         """The newest whole scan; None before the first. For readers that no datagram tells of scans."""

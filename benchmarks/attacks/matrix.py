@@ -31,7 +31,7 @@ list_current_announcements"""
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
 ask_for_notices stop_notices get_series cancel_series cancel_series_day"""
 BY_SECRET = """enrol_vehicle put_segment get_map_for_vehicle get_localization_manifest_for_vehicle
-get_localization_tile_for_vehicle"""
+get_localization_tile_for_vehicle put_scan_parcel"""
 # For passengers; a token that is sent along must be good for driving.
 BOOKINGS = "book_ride book_series"
 OWN_SESSION = """get_session sign_out choose_password begin_second_factor remove_second_factor
@@ -48,7 +48,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         get_fleet_past get_fleet_positions get_service_figures
         get_driving_figures get_metrics list_webhooks list_maps list_localization_maps get_localization_map
         get_localization_manifest get_localization_tile export_map list_map_drafts get_map_draft
-        check_map_draft compare_map_draft try_map_draft export_map_draft""",
+        check_map_draft compare_map_draft try_map_draft export_map_draft list_scan_requests list_map_proposals
+        get_map_proposal get_map_proposal_picture get_map_proposal_file""",
         frozenset(ROLES),
         "read",
     ),
@@ -85,13 +86,14 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     ),
     (
         """acknowledge_incident close_incident note_on_incident write_shift_log make_map_draft
-        import_map_draft change_map_draft mend_map_draft discard_map_draft""",
+        import_map_draft change_map_draft mend_map_draft discard_map_draft request_scans end_scan_request
+        propose_map stop_map_proposal dismiss_map_proposal""",
         frozenset({"dispatcher", "safety"}),
         "",
     ),
     (
         """evacuate_vehicle place_vehicle set_vehicle_position publish_map_draft activate_map
-        activate_localization_map remove_localization_map""",
+        activate_localization_map remove_localization_map publish_map_proposal""",
         frozenset({"safety"}),
         "",
     ),

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.calibrate import calibrate_lidars
+from campusloop.commands.propose import propose_map
 from campusloop.commands.site_maps import check_empty, map_laser_site, survey_laser
 from campusloop.commands.survey import survey
 
@@ -22,6 +23,7 @@ EXIT_NOT_WRITTEN = 3
 app.command("calibrate")(calibrate_lidars)
 app.command("survey")(survey)
 app.command("survey-laser")(survey_laser)
+app.command("propose")(propose_map)
 
 
 @app.command("map")

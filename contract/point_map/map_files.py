@@ -60,13 +60,26 @@ def write_tiles(
     origin: Origin | None,
 ) -> PointMapIndex:
     """Writes tiles and then the index into a new folder. Raises OSError; then there is no index."""
+    encoded = {
+        (ix, iy): (encode_tile(ix, iy, tile_m, surfels), len(surfels)) for (ix, iy), surfels in tiles.items()
+    }
+    return write_encoded_tiles(folder, encoded, tile_m, voxel_m, origin)
+
+
+def write_encoded_tiles(
+    folder: Path,
+    tiles: Mapping[tuple[int, int], tuple[bytes, int]],
+    tile_m: float,
+    voxel_m: float,
+    origin: Origin | None,
+) -> PointMapIndex:
+    """The same for tiles' bytes and counts of elements: tiles of another map keep their bytes."""
     (folder / TILES).mkdir(parents=True)
     entries = []
-    for (ix, iy), surfels in sorted(tiles.items()):
-        data = encode_tile(ix, iy, tile_m, surfels)
+    for (ix, iy), (data, points) in sorted(tiles.items()):
         name = f"{TILES}/{ix}_{iy}.tile"
         _write(folder / name, data)
-        entries.append(TileEntry(ix, iy, name, len(data), hashlib.sha256(data).hexdigest(), len(surfels)))
+        entries.append(TileEntry(ix, iy, name, len(data), hashlib.sha256(data).hexdigest(), points))
     index = PointMapIndex(
         FORMAT, version_of(entries), tile_m, voxel_m, "first_scan" if origin is None else "map", origin,
         tuple(entries),
@@ -115,20 +128,19 @@ def decode_index(data: bytes, name: str) -> PointMapIndex:
 
 def read_tile(folder: Path, entry: TileEntry) -> Surfels:
     """One tile, checked against the index. Raises PointMapError."""
-    if Path(entry.file).is_absolute() or ".." in Path(entry.file).parts:
-        raise PointMapError(f"{entry.file} is no file of the map's folder.")
-    path = folder / entry.file
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise PointMapError(f"{path} cannot be read: {error.strerror or error}.") from error
-    return decode_entry(data, entry, str(path))
+    return decode_entry(_tile_bytes(folder, entry), entry, str(folder / entry.file))
+
+
+def read_tile_bytes(folder: Path, entry: TileEntry) -> bytes:
+    """The bytes of one tile, those that the index names. Raises PointMapError."""
+    data = _tile_bytes(folder, entry)
+    _check_bytes(data, entry, str(folder / entry.file))
+    return data
 
 
 def decode_entry(data: bytes, entry: TileEntry, name: str) -> Surfels:
     """The tile in these bytes, checked against the index; name: of their file. Raises PointMapError."""
-    if len(data) != entry.bytes or hashlib.sha256(data).hexdigest() != entry.sha256:
-        raise PointMapError(f"{name} is not the tile that the index names.")
+    _check_bytes(data, entry, name)
     try:
         ix, iy, surfels = decode_tile(data)
     except TileError as error:
@@ -136,6 +148,21 @@ def decode_entry(data: bytes, entry: TileEntry, name: str) -> Surfels:
     if (ix, iy) != (entry.ix, entry.iy):
         raise PointMapError(f"{name} is the tile of another place.")
     return surfels
+
+
+def _tile_bytes(folder: Path, entry: TileEntry) -> bytes:
+    if Path(entry.file).is_absolute() or ".." in Path(entry.file).parts:
+        raise PointMapError(f"{entry.file} is no file of the map's folder.")
+    path = folder / entry.file
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise PointMapError(f"{path} cannot be read: {error.strerror or error}.") from error
+
+
+def _check_bytes(data: bytes, entry: TileEntry, name: str) -> None:
+    if len(data) != entry.bytes or hashlib.sha256(data).hexdigest() != entry.sha256:
+        raise PointMapError(f"{name} is not the tile that the index names.")
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -11,6 +11,7 @@ from contract.wire.localization_maps import LocalizationMapFailure
 from contract.wire.maps import MapFailure
 from contract.wire.orders import VisitState
 from contract.wire.reasons import FaultCode, HoldReason
+from contract.wire.scans import ScanState
 from contract.wire.status import DriveMode, FaultReport
 
 BoardedHow = Literal["code", "tap", "sensor"]
@@ -131,6 +132,20 @@ class MapChangeFailed(Event, frozen=True, tag="map_change_failed"):
     detail: LongText = ""
 
 
+class ScansReported(Event, frozen=True, tag="scans_reported"):
+    """What the vehicle does about a request for lidar scans has changed. Only after `ScansRequested`.
+
+    scans, way_m, bytes_kept  of this request since it began: kept by the vehicle, uploaded or not
+    """
+
+    request_id: Id
+    state: ScanState
+    scans: Count
+    way_m: Distance
+    bytes_kept: Count
+    detail: LongText = ""
+
+
 class LocalizationMapStored(Event, frozen=True, tag="localization_map_stored"):
     """The vehicle has all tiles, and changes over when it stands. Only after `LocalizationMapPublished`."""
 
@@ -163,6 +178,7 @@ VehicleEvent = (
     | HelpRequested
     | DestinationRequested
     | MapChangeFailed
+    | ScansReported
     | LocalizationMapStored
     | LocalizationMapFailed
 )

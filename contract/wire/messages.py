@@ -32,6 +32,7 @@ from contract.wire.events import (
     RiderBoarded,
     RiderDidNotAlight,
     RiderNoShow,
+    ScansReported,
     SeatButtonPressed,
     SectionReleased,
     TapAnswered,
@@ -55,6 +56,7 @@ from contract.wire.orders import (
     VisitProgress,
     VisitState,
 )
+from contract.wire.scans import SCANS_REQUESTED, ScanArea, ScansRequested
 from contract.wire.session import (
     OLDEST_PROTOCOL_VERSION,
     PROTOCOL_VERSION,
@@ -83,6 +85,7 @@ __all__ = (
     "LATER_KINDS",
     "OLDEST_PROTOCOL_VERSION",
     "PROTOCOL_VERSION",
+    "SCANS_REQUESTED",
     "AreaReport",
     "Blocked",
     "BoardedHow",
@@ -135,6 +138,9 @@ __all__ = (
     "RiderNoShow",
     "RiderTask",
     "RoomTime",
+    "ScanArea",
+    "ScansReported",
+    "ScansRequested",
     "SeatButtonPressed",
     "SectionGrant",
     "SectionReleased",
@@ -168,6 +174,7 @@ ServerMessage = (
     | Presence
     | EventsAcknowledged
     | MapPublished
+    | ScansRequested
     | LocalizationMapPublished
     | Goodbye
 )

@@ -45,7 +45,8 @@ class Hello(Message, frozen=True, tag="hello"):
                  "" for an agent with one
     localizes_by, localization_map  the kind of map that it compares its scans with, and which version; "" for
                  none. An agent that names a kind takes `LocalizationMapPublished`
-    understands  the kinds of `Command` among `LATER_KINDS` that this agent can read
+    understands  the kinds of `Command` among `LATER_KINDS`, and the tags of later messages, that this agent
+                 can read
     """
 
     protocol: ProtocolVersion

@@ -82,6 +82,30 @@ class TileStoreUnavailable(DomainError):
     code = "tile_store_unavailable"
 
 
+class ParcelHashWrong(DomainError):
+    """The received bytes do not have the hash in the path; send them again."""
+
+    code = "parcel_hash_wrong"
+
+
+class ParcelTooLarge(DomainError):
+    """The parcel of scans is larger than this server takes."""
+
+    code = "parcel_too_large"
+
+
+class ParcelUnreadable(DomainError):
+    """The bytes are no parcel of scans, or it has no scan."""
+
+    code = "parcel_unreadable"
+
+
+class ScanStoreUnavailable(DomainError):
+    """The store of scans cannot be reached or is full; everything else works. Try again later."""
+
+    code = "scan_store_unavailable"
+
+
 STATUS: Mapping[type[DomainError], int] = {
     errors.RideUnknown: 404,
     errors.RideAlreadyAboard: 409,
@@ -168,6 +192,21 @@ STATUS: Mapping[type[DomainError], int] = {
     errors.RecordingUnknown: 404,
     errors.RecordingUnderWay: 409,
     errors.RecordingOver: 409,
+    errors.ScanAreaInvalid: 400,
+    errors.ScanAreaTaken: 409,
+    errors.ScanRequestUnknown: 404,
+    errors.ScanRequestOver: 409,
+    errors.ParcelRefused: 409,
+    errors.NoScansYet: 409,
+    errors.ProposalUnderWay: 409,
+    errors.ProposalUnknown: 404,
+    errors.ProposalNotReady: 409,
+    errors.ProposalOutdated: 409,
+    errors.ScanMapsUnavailable: 409,
+    ParcelHashWrong: 400,
+    ParcelTooLarge: 413,
+    ParcelUnreadable: 400,
+    ScanStoreUnavailable: 503,
     errors.RunUnknown: 404,
     errors.RunMapUnreadable: 404,
     errors.SegmentUnknown: 404,

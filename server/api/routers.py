@@ -33,6 +33,9 @@ from server.api.rides import notices, records
 from server.api.rides import routes as rides
 from server.api.runs import routes as runs
 from server.api.runs import segments
+from server.api.scans import parcels as scan_parcels
+from server.api.scans import proposals as map_proposals
+from server.api.scans import routes as scans
 from server.api.scenes import routes as scenes
 from server.api.series import routes as series
 from server.api.service import routes as service
@@ -116,6 +119,9 @@ def _routes() -> tuple[BaseRoute, ...]:
         interventions.router,
         incidents.router,
         shift_log.router,
+        scans.router,
+        scan_parcels.router,
+        map_proposals.router,
         segments.router,
         runs.router,
         recordings.router,

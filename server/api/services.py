@@ -61,6 +61,8 @@ class Services:
     """has_our_tables: the database's tables are those of this version; it may block.
 
     tiles           of localization maps
+    scans           parcels of lidar scans, and the maps that are proposed of them
+    makes_maps      some process of this installation makes such maps
     webhook_sender  None: this server sends nothing to other networks
     push_sender     None: this server sends nothing to browsers
     spans           None: rides are not traced
@@ -76,6 +78,7 @@ class Services:
     offload: Offload
     segments: SegmentStore
     tiles: SegmentStore
+    scans: SegmentStore
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed
@@ -85,6 +88,7 @@ class Services:
     measurements: Measurements
     limits: Limits
     has_our_tables: Callable[[], bool]
+    makes_maps: bool
     maps: MapWorkshop
     forks: Forks
     webhook_sender: WebhookSender | None

@@ -28,6 +28,7 @@ from contract.wire.messages import (
     Presence,
     Status,
 )
+from contract.wire.scans import SCANS_REQUESTED, ScansRequested
 from server.domain.errors import KeyUnknown, OrderUnknown, SessionFenced, VehicleUnknown
 from server.domain.fleet.vehicles import StatusReport
 from server.domain.fleet.vehicles import VehicleSession as OpenedSession
@@ -54,6 +55,7 @@ from server.usecases.fleet import (
     localization_changes,
     map_changes,
     quarantine,
+    scans,
     vehicle_sessions,
     vehicles,
 )
@@ -337,8 +339,8 @@ class Link:
         if self.session.state != "open" or self._backlog.holds_back(self._now_ns()):
             return
         begun_ns = self._now_ns()
-        waiting, published = await self._ports.transactions.run(self._waiting_messages)
-        for message in self._sent.choose(waiting, self._now_ns(), published):
+        waiting, published, areas = await self._ports.transactions.run(self._waiting_messages)
+        for message in self._sent.choose(waiting, self._now_ns(), published, areas):
             await self._perform_all(self.session.send(message))
             if self._ports.spans is not None and isinstance(message, Order):
                 rides, fields = (
@@ -347,16 +349,22 @@ class Link:
                 )
                 self._ports.spans.add(rides, "order.sent", begun_ns, self._now_ns(), **fields)
 
-    def _waiting_messages(self, uow: UnitOfWork) -> tuple[outbox.Outbox, list[Announcement]]:
+    def _waiting_messages(
+        self, uow: UnitOfWork
+    ) -> tuple[outbox.Outbox, list[Announcement], ScansRequested | None]:
         published = map_changes.announcement(uow, self.vehicle_id, self._sent.announced)
         if published is not None and self.session.protocol < MAPS_SINCE_PROTOCOL:
             map_changes.note_old_agent(uow, self.vehicle_id)
             published = None
+        areas: ScansRequested | None = scans.requested_areas(uow, self.session.epoch)
+        if areas is not None and SCANS_REQUESTED not in self.session.understands:
+            scans.note_old_agent(uow, self.vehicle_id, areas)
+            areas = None
         told: list[Announcement] = [] if published is None else [published]
         by_scans = localization_changes.announcement(uow, self.vehicle_id, self._sent.announced_localization)
         if by_scans is not None:
             told.append(by_scans)
-        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), told
+        return outbox.outbox_of(uow, self.vehicle_id, self.session.understands), told, areas
 
     # ---------------------------------------------------------------- waiting, and the end
 

@@ -7,6 +7,8 @@ from contract.wire.messages import (
     LocalizationMapPublished,
     MapPublished,
     Order,
+    ScanArea,
+    ScansRequested,
     SectionGrant,
     ServerMessage,
 )
@@ -19,7 +21,7 @@ Announcement = MapPublished | LocalizationMapPublished
 class SentMessages:
     """Chooses from an outbox what to send now. Repeats are harmless to the vehicle."""
 
-    __slots__ = ("_grants", "_sent_ns", "announced", "announced_localization", "unanswered")
+    __slots__ = ("_grants", "_scans", "_sent_ns", "announced", "announced_localization", "unanswered")
 
     def __init__(self) -> None:
         """The versions that the vehicle was told of last, "" for none."""
@@ -27,14 +29,20 @@ class SentMessages:
         self.announced_localization = ""
         self._sent_ns: dict[str, int] = {}
         self._grants: tuple[str, tuple[SectionGrant, ...]] = ("", ())
+        self._scans: tuple[ScanArea, ...] = ()
         self.unanswered = False
 
     def choose(
-        self, outbox: Outbox, now_ns: int, published: Sequence[Announcement] = ()
+        self,
+        outbox: Outbox,
+        now_ns: int,
+        published: Sequence[Announcement] = (),
+        scans: ScansRequested | None = None,
     ) -> list[ServerMessage]:
         """Orders before grants. Afterwards `unanswered` says whether something waits for an answer.
 
         published: the maps in force, for a vehicle that has others
+        scans: all open requests, for a vehicle that can keep scans; a session begins without any
         """
         messages: list[ServerMessage] = []
         still: dict[str, int] = {}
@@ -48,6 +56,9 @@ class SentMessages:
         if outbox.grants is not None and self._have_changed(outbox.grants):
             messages.append(outbox.grants)
             self._remember_grants(outbox.grants)
+        if scans is not None and scans.areas != self._scans:
+            messages.append(scans)
+            self._scans = scans.areas
         for told in published:
             if isinstance(told, MapPublished):
                 self.announced = told.map_version

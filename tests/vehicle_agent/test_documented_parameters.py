@@ -15,7 +15,7 @@ from vehicle_agent.hmi.announcer import Announcer
 from vehicle_agent.hmi.attention import Attention
 from vehicle_agent.hmi.signalling import VehicleSignalling
 from vehicle_agent.lidar.plausibility import CloudLimits
-from vehicle_agent.link import client, clock, outbox, session, upload
+from vehicle_agent.link import client, clock, outbox, scan_uploads, session, upload
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.localization.laser.dead_reckoning import DeadReckoningParams
 from vehicle_agent.localization.laser.point_to_line import MatchParams
@@ -36,7 +36,8 @@ from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracks import TrackingPerception
-from vehicle_agent.runtime.processes import screen_process, supervisor, tick_process
+from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
+from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
 from vehicle_agent.runtime.screen import screen_requests
 from vehicle_agent.signals import rates
 from vehicle_agent.world.area_monitor import AreaMonitor
@@ -70,6 +71,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     ),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
+    "scans": (scan_parcels, scan_keeper, scan_process, scan_uploads),
     "screen": (screen_process, screen_requests, cabin_view),
 }
 

@@ -19,6 +19,8 @@ from workshop.laser_mapping.loops import LoopParams
 from workshop.laser_mapping.occupancy import OccupancyParams
 from workshop.laser_mapping.pose_graph import GraphParams
 from workshop.laser_mapping.refinement import RefinementParams
+from workshop.scan_maps.alignment import AlignmentParams
+from workshop.scan_maps.comparison import ComparisonParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
     "workshop.md": (LoopParams, RefinementParams, GraphParams, OccupancyParams),
@@ -31,6 +33,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
         CloudGraphParams,
         SurfaceParams,
     ),
+    "workshop/scan-maps.md": (ComparisonParams, AlignmentParams),
     "workshop/calibration.md": (PlaneSearch, Prior, CalibrationParams),
 }
 

@@ -31,7 +31,7 @@ class RigLidar:
 class RigScan:
     """One scan of the whole rig, in the vehicle's frame at stamp_ns, which is the end of the newest turn.
 
-    points_base  (n, 3) float32; intensities (n,) float32
+    points_base  (n, 3) float32; intensities (n,) float32; offsets_s (n,) float32: of each from stamp_ns
     missing      lidars that are not in it, by the code of what is wrong
     is_blind     a required one is among them: the scan has no points
     drifts       lidars that seem not to be where they were calibrated; their points are in it all the same
@@ -43,6 +43,7 @@ class RigScan:
     missing: dict[str, str]
     is_blind: bool
     drifts: dict[str, MountDrift]
+    offsets_s: np.ndarray
 
 
 class LidarRig:
@@ -115,13 +116,14 @@ class LidarRig:
         self._given_ns = now_ns
         if is_blind:
             nothing = np.zeros((0, 3), dtype=np.float32)
-            return RigScan(
-                now_ns, nothing, np.zeros(0, dtype=np.float32), missing, is_blind, dict(self._drifts)
-            )
+            none = np.zeros(0, dtype=np.float32)
+            return RigScan(now_ns, nothing, none, missing, is_blind, dict(self._drifts), none)
         parts = [(lidar, self._newest[lidar.name][1]) for lidar in there]
         points = np.vstack([_in_base(cloud.points_sensor, lidar.T_base_sensor) for lidar, cloud in parts])
         intensities = np.concatenate([cloud.intensities for _, cloud in parts])
-        return RigScan(now_ns, points, intensities, missing, is_blind, dict(self._drifts))
+        since_ns = [cloud.stamp_ns - now_ns + cloud.offsets_ns for _, cloud in parts]
+        offsets_s = (1e-9 * np.concatenate(since_ns)).astype(np.float32)
+        return RigScan(now_ns, points, intensities, missing, is_blind, dict(self._drifts), offsets_s)
 
 
 def _in_base(points_sensor: np.ndarray, T_base_sensor: Array) -> np.ndarray:

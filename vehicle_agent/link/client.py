@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 
 from contract.wire.close_reasons import Retry, retry_after
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError
-from contract.wire.messages import LocalizationMapPublished, MapPublished
+from contract.wire.messages import LocalizationMapPublished, MapPublished, ScansRequested
 from vehicle_agent.link.bridge import LinkBridge
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.signals import LinkMessage
@@ -40,14 +40,17 @@ class LinkClient:
         redial: Redial | None = None,
         map_published: Callable[[MapPublished], None] | None = None,
         localization_map_published: Callable[[LocalizationMapPublished], None] | None = None,
+        scans_requested: Callable[[ScansRequested], None] | None = None,
     ) -> None:
         """redial: None for waits that the operating system's chance spreads
 
         map_published, localization_map_published: take the server's announcements; None for a vehicle whose
         map never changes, or that has none
+        scans_requested: takes the requests for scans; None for a vehicle that keeps none
         """
         self._map_published = map_published
         self._localization_map_published = localization_map_published
+        self._scans_requested = scans_requested
         self._url = url
         self._redial = redial or Redial(random.random)
         self._bridge = bridge
@@ -161,6 +164,9 @@ class LinkClient:
         published = self._bridge.session.take_published_map()
         if published is not None and self._map_published is not None:
             self._map_published(published)
+        scans = self._bridge.session.take_scan_requests()
+        if scans is not None and self._scans_requested is not None:
+            self._scans_requested(scans)
         by_scans = self._bridge.session.take_published_localization_map()
         if by_scans is not None and self._localization_map_published is not None:
             self._localization_map_published(by_scans)

@@ -33,6 +33,7 @@ from contract.wire.messages import (
     OrderRejected,
     PassengerTap,
     Presence,
+    ScansRequested,
     Status,
     Welcome,
     signed_hello,
@@ -56,6 +57,7 @@ class Identity(msgspec.Struct, frozen=True):
 
     boot_id      of the process that numbers events
     run_boot_id  of the run that is recorded, "" if that is the same
+    understands  later kinds of messages that this agent can read, and act on
     localizes_by, localization_map  the kind of map that scans are compared with, and which; "" for none
     """
 
@@ -67,6 +69,7 @@ class Identity(msgspec.Struct, frozen=True):
     seats: int
     wheelchair_places: int
     run_boot_id: str = ""
+    understands: tuple[str, ...] = LATER_KINDS
     localizes_by: LocalizesBy = ""
     localization_map: str = ""
 
@@ -92,6 +95,7 @@ class VehicleSession:
         self._outgoing: list[bytes] = []
         self._messages: list[LinkMessage] = []
         self._published: MapPublished | None = None
+        self._scans: ScansRequested | None = None
         self._published_localization: LocalizationMapPublished | None = None
         self._sent: dict[str, int] = {}
         self._received_ns = 0
@@ -133,6 +137,8 @@ class VehicleSession:
         elif self.is_open and message.epoch == self.epoch:
             if isinstance(message, MapPublished):
                 self._published = message
+            elif isinstance(message, ScansRequested):
+                self._scans = message
             elif isinstance(message, LocalizationMapPublished):
                 self._published_localization = message
             else:
@@ -166,6 +172,11 @@ class VehicleSession:
         """The map that the server has announced last, once for each time."""
         published, self._published = self._published, None
         return published
+
+    def take_scan_requests(self) -> ScansRequested | None:
+        """The open requests for scans that the server has sent last, once for each time."""
+        scans, self._scans = self._scans, None
+        return scans
 
     def take_published_localization_map(self) -> LocalizationMapPublished | None:
         """The localization map that the server has announced last, once for each time."""
@@ -217,7 +228,7 @@ class VehicleSession:
             progress=self.progress,
             seats=identity.seats,
             wheelchair_places=identity.wheelchair_places,
-            understands=LATER_KINDS,
+            understands=identity.understands,
             run_boot_id=identity.run_boot_id,
             localizes_by=identity.localizes_by,
             localization_map=identity.localization_map,

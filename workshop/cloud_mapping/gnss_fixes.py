@@ -65,7 +65,7 @@ def read_fixes(path: Path, origin: Origin | None) -> Fixes:
         raise FixFileError(f"{path} cannot be read: {error}.") from error
     except (TypeError, ValueError) as error:
         raise FixFileError(f"{path} has a line with a value that is no number: {error}.") from error
-    table = np.array(rows).reshape(len(rows), -1)
+    table = np.array(rows).reshape(len(rows), -1 if rows else 0)
     usable = np.isfinite(table).all(axis=1) if len(table) else np.zeros(0, dtype=bool)
     if len(table):
         usable &= (np.abs(table[:, 1]) <= 90.0) & (np.abs(table[:, 2]) <= 180.0) & (table[:, 3] > 0.0)

@@ -1,5 +1,6 @@
 """Loop closure: keyframes where the lidar came back to a place, by looks and by nearness, each verified."""
 
+import bisect
 import math
 from collections.abc import Callable, Sequence
 
@@ -38,10 +39,19 @@ class LoopParams(msgspec.Struct, frozen=True):
 
 
 class LoopCloser:
-    """The keyframes of one drive, whose submaps are made by dead reckoning and kept."""
+    """The keyframes of a drive, or of several, whose submaps are made by dead reckoning and kept."""
 
-    def __init__(self, clouds: Sequence[Array32], poses: Array, ground: Ground, params: LoopParams) -> None:
+    def __init__(
+        self,
+        clouds: Sequence[Array32],
+        poses: Array,
+        ground: Ground,
+        params: LoopParams,
+        starts: Sequence[int] = (0,),
+    ) -> None:
+        """starts: the first keyframe of each drive. No submap has keyframes of two drives."""
         self._clouds, self._poses, self._ground, self._params = clouds, poses, ground, params
+        self._starts = [*starts, len(clouds)]
         self._submaps: dict[int, Submap] = {}
         self.compared = list(range(0, len(clouds), params.every))
         self.tried = 0
@@ -53,7 +63,8 @@ class LoopCloser:
         for row, number in enumerate(self.compared):
             # The sensor's axes lean with the road; the ground says how.
             level = _levelled(self._ground.normals[number])
-            points = joined(self._clouds, self._poses, number, params.submap.keyframes) @ level.T
+            clouds, its_poses, middle = self._drive_of(number)
+            points = joined(clouds, its_poses, middle, params.submap.keyframes) @ level.T
             grids[row] = descriptor(points, -float(self._ground.heights_m[number]))
             advance(1)
         edges = []
@@ -86,12 +97,17 @@ class LoopCloser:
         """The nearest compared keyframe of each earlier pass of a place, the nearest passes first."""
         params = self._params
         apart = math.ceil(params.apart / params.every)
-        near = sorted(i for i in tree.query_ball_point(places[row, :2], near_m) if i <= row - apart)
+        drives = [bisect.bisect_right(self._starts, number) for number in self.compared]
+        near = sorted(
+            i for i in tree.query_ball_point(places[row, :2], near_m)
+            if i <= row - apart or (i < row and drives[i] != drives[row])
+        )  # fmt: skip
         passes: list[tuple[float, int]] = []
         before = -apart
         for other in near:
-            distance_m = float(np.linalg.norm(places[other] - places[row]))
-            if passes and other - before < apart // 2:
+            # Heights of different drives are not comparable before a loop joins them.
+            distance_m = float(np.linalg.norm((places[other] - places[row])[:2]))
+            if passes and other - before < apart // 2 and drives[other] == drives[before]:
                 passes[-1] = min(passes[-1], (distance_m, other))
             else:
                 passes.append((distance_m, other))
@@ -114,11 +130,17 @@ class LoopCloser:
 
     def _submap(self, number: int) -> Submap:
         if number not in self._submaps:
-            self._submaps[number] = submap(self._clouds, self._poses, number, self._params.submap)
+            self._submaps[number] = submap(*self._drive_of(number), self._params.submap)
             # Those of long ago are seldom asked for again, and each takes some MB.
             if len(self._submaps) > _SUBMAPS_KEPT:
                 del self._submaps[next(iter(self._submaps))]
         return self._submaps[number]
+
+    def _drive_of(self, number: int) -> tuple[Sequence[Array32], Array, int]:
+        """(clouds, poses, its place among them) of the drive of a keyframe."""
+        at = bisect.bisect_right(self._starts, number)
+        first, last = self._starts[at - 1], self._starts[at]
+        return self._clouds[first:last], self._poses[first:last], number - first
 
 
 _SUBMAPS_KEPT = 80

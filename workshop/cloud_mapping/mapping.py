@@ -117,17 +117,24 @@ def solved(
     drive: Drive, fixes: Fixes | None, params: CloudMappingParams, progress: MappingProgress
 ) -> Solved:
     """The keyframes' poses from dead reckoning, ground, fixes and loops."""
+    return solved_on(drive, places_on(drive.reckoned, fixes, params), (0,), params, progress)
+
+
+def solved_on(
+    drive: Drive, places: Sequence[Place], starts: Sequence[int], params: CloudMappingParams,
+    progress: MappingProgress,
+) -> Solved:  # fmt: skip
+    """The same for places that are known. starts: the first keyframe of each drive that `drive` joins."""
     poses = np.array(drive.reckoned.poses)
     ground = drive.ground if params.with_ground else None
-    steps = _steps(poses, params)
-    places = _places(drive.reckoned, fixes, params)
+    steps = _steps(poses, starts, params)
     clock = _CpuClock()
-    start = laid_on(poses, places) if places else poses
+    start = laid_on(poses, list(places)) if places else poses
     graph = clock.timed(partial(optimized, start, steps, places, ground, params.graph))
     loops: list[Edge] = []
     tried = 0
     if params.with_loops:
-        closer = LoopCloser(drive.reckoned.clouds, poses, drive.ground, params.loops)
+        closer = LoopCloser(drive.reckoned.clouds, poses, drive.ground, params.loops, starts)
         progress.begin("loops by looks", len(closer.compared))
         loops = closer.by_looks(graph.poses if places else None, progress.advance)
         for near_m in params.near_m:
@@ -154,6 +161,16 @@ def finished(
 ) -> CloudMap:
     """The stages after dead reckoning."""
     solution = solved(drive, fixes, params, progress)
+    origin = fixes.origin if fixes is not None and solution.places else None
+    found = cloud_map_of(drive, solution, origin, params, progress)
+    return msgspec.structs.replace(found, notes=_notes(found.residuals, fixes, params))
+
+
+def cloud_map_of(
+    drive: Drive, solution: Solved, origin: Origin | None, params: CloudMappingParams,
+    progress: MappingProgress,
+) -> CloudMap:  # fmt: skip
+    """The surfaces that are seen from solved poses; without notes."""
     graph, clouds = solution.graph, drive.reckoned.clouds
     progress.begin("surfaces", 2 * len(clouds))
     surfels, removed = surfels_of(clouds, graph.poses, params.surfaces, progress.advance)
@@ -168,9 +185,9 @@ def finished(
         scan_poses(drive.reckoned, graph.poses),
         graph.poses,
         loops,
-        fixes.origin if fixes is not None and solution.places else None,
+        origin,
         numbers,
-        _notes(numbers, fixes, params),
+        (),
     )
 
 
@@ -189,9 +206,12 @@ def _notes(numbers: Residuals, fixes: Fixes | None, params: CloudMappingParams) 
     return tuple(found)
 
 
-def _steps(poses: Array, params: CloudMappingParams) -> list[Edge]:
+def _steps(poses: Array, starts: Sequence[int], params: CloudMappingParams) -> list[Edge]:
+    """From each keyframe to the next one of the same drive."""
     found = []
     for number in range(len(poses) - 1):
+        if number + 1 in starts:
+            continue
         step = inverted(poses[number]) @ poses[number + 1]
         grown = max(1.0, float(np.linalg.norm(step[:3, 3])))
         information = information_of(params.step_std_m * grown, params.step_std_rad * grown)
@@ -199,7 +219,8 @@ def _steps(poses: Array, params: CloudMappingParams) -> list[Edge]:
     return found
 
 
-def _places(drive: Reckoned, fixes: Fixes | None, params: CloudMappingParams) -> list[Place]:
+def places_on(drive: Reckoned, fixes: Fixes | None, params: CloudMappingParams) -> list[Place]:
+    """The fixes as places of the drive's keyframes; none if they give no heading."""
     if fixes is None:
         return []
     poses = np.array(drive.poses)

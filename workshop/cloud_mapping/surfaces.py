@@ -98,6 +98,29 @@ def surfels_of(
     return found, int(moved.sum())
 
 
+def seen_through(
+    surfels: Surfels, clouds: Sequence[Array32], poses: Array, params: SurfaceParams
+) -> IntArray:
+    """(n,) keyframes whose beams went through each element of another map; poses (k, 4, 4) of the clouds.
+
+    Of two elements in one voxel the last one is looked at.
+    """
+    keys = np.full(1 << max(4, math.ceil(math.log2(4 * max(1, len(surfels))))), _EMPTY, dtype=np.int64)
+    number_at = np.full(len(keys), _EMPTY, dtype=np.int64)
+    voxels = np.floor(surfels.means / params.voxel_m).astype(np.int64)
+    wanted = np.array([packed(x, y, z) for x, y, z in voxels.tolist()], dtype=np.int64)
+    number_at[_taken(wanted, keys)] = np.arange(len(surfels))
+    through = np.zeros(len(surfels), dtype=np.int32)
+    last = np.full(len(surfels), _EMPTY, dtype=np.int32)
+    for number, cloud in enumerate(clouds):
+        _follow(
+            cloud, poses[number], number, params.voxel_m, keys, number_at, surfels.means, surfels.normals,
+            params.through_m, params.short_m, params.reach_m, params.beams_every, through, last,
+        )  # fmt: skip
+    counted: IntArray = through.astype(np.int64)
+    return counted
+
+
 def _empty(capacity: int) -> _Table:
     return _Table(
         np.full(capacity, _EMPTY, dtype=np.int64),

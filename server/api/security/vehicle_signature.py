@@ -22,8 +22,8 @@ Signature = Annotated[
         max_length=128,
         pattern=r"^[\x21-\x7e]+$",
         description="Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', "
-        "'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, "
-        "one a line.",
+        "'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash "
+        "or version, one a line.",
     ),
 ]
 

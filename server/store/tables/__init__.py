@@ -52,6 +52,7 @@ from server.store.tables.rides import (
     series,
     taps,
 )
+from server.store.tables.scans import map_proposals, scan_contributions, scan_parcels, scan_requests
 from server.store.tables.service import (
     announcements,
     closures,
@@ -84,6 +85,7 @@ __all__ = [
     "localization_maps",
     "localization_tiles",
     "map_drafts",
+    "map_proposals",
     "maps",
     "metadata",
     "occurrences",
@@ -98,6 +100,9 @@ __all__ = [
     "ride_feedback",
     "rides",
     "runs",
+    "scan_contributions",
+    "scan_parcels",
+    "scan_requests",
     "second_factors",
     "section_routes",
     "segments",

@@ -20,6 +20,7 @@ from contract.wire.messages import (
     RiderBoarded,
     RiderDidNotAlight,
     RiderNoShow,
+    ScansReported,
     SeatButtonPressed,
     SectionReleased,
     TapAnswered,
@@ -31,7 +32,7 @@ from server.domain.fleet.vehicles import Vehicle
 from server.domain.planning.plans import PlannedVisit
 from server.domain.record.events import RecordedEvent
 from server.domain.rides.rides import WAITING, RideState
-from server.usecases.fleet import cabin_requests, conditions, localization_changes, map_changes
+from server.usecases.fleet import cabin_requests, conditions, localization_changes, map_changes, scans
 from server.usecases.orders import orders, sections, visits
 from server.usecases.planning import plans
 from server.usecases.ports import topics
@@ -153,6 +154,8 @@ def _take_effect(uow: UnitOfWork, vehicle: Vehicle, event: RecordedEvent) -> Non
             conditions.fault_raised(uow, vehicle, body)
         case MapChangeFailed():
             map_changes.change_failed(uow, vehicle, body)
+        case ScansReported():
+            scans.scans_reported(uow, vehicle_id, body)
         case LocalizationMapStored():
             localization_changes.map_stored(uow, vehicle, body)
         case LocalizationMapFailed():

@@ -94,3 +94,8 @@ def campus_map(campus_id: str) -> str:
 def everything(campus_id: str) -> str:
     """A pattern for all topics of a campus."""
     return f"campus/{campus_id}/>"
+
+
+def scans(campus_id: str) -> str:
+    """A request for scans or a proposed map has changed."""
+    return f"campus/{campus_id}/scans"

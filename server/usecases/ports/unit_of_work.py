@@ -44,6 +44,7 @@ from server.usecases.ports.rides import (
     RideRepository,
     SeriesRepository,
 )
+from server.usecases.ports.scans import ScanRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
 from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
 from server.usecases.ports.views import Views
@@ -80,6 +81,7 @@ class UnitOfWork(Protocol):
     localization_maps: LocalizationMapRepository
     runs: RunRepository
     recordings: RecordingRepository
+    scans: ScanRepository
     identity: IdentityRepository
     second_factors: SecondFactorRepository
     audit: AuditRepository

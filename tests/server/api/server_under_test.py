@@ -71,6 +71,7 @@ class ServerUnderTest:
         retry: RetryPolicy = FAIL_AT_ONCE,
         is_watched: bool = True,
         push_sender: PushSender | None = None,
+        makes_maps: bool = False,
         **settings: Any,
     ) -> None:
         """is_watched: a screen is open all the time."""
@@ -94,6 +95,7 @@ class ServerUnderTest:
             InlineOffload(),
             retry=retry,
             push_sender=push_sender,
+            makes_maps=makes_maps,
         )
         self.app = create_app(self.settings, ports)
         self.services = services_of_app(self.app)

@@ -17,6 +17,7 @@ from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
 from contract.tracing import NO_SPANS, Spans, SpanSource
+from contract.wire.messages import LATER_KINDS, SCANS_REQUESTED
 from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors, planar_ring_path
 from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
@@ -39,6 +40,7 @@ from vehicle_agent.runtime.processes.localization_switch import LocalizationSwit
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
+from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProcess
@@ -108,6 +110,7 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
         *gates,
         Job("link", run_links, (places,)),
         Job("worker", run_worker, (places,)),
+        Job("scans", run_scans, (places,)),
         *sensor_jobs(places),
         *hmi_jobs,
         *screens,
@@ -227,6 +230,17 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
         serve_percepts(tuple(scanned), clock)
 
 
+def run_scans(places: tuple[AgentPlace, ...]) -> None:
+    """Keeps scans that operators ask for; idle without a request."""
+    vehicles = []
+    for place in places:
+        files = AgentFolder(place.folder)
+        ring = Path(files.vehicle().scan_ring)
+        vehicles.append(ScanningVehicle(place.folder, place.mail, ring, files.next_boot_id("scans")))
+    with closing(places[0].clock.open("scans")) as clock:
+        serve_scans(tuple(vehicles), clock)
+
+
 def run_links(places: tuple[AgentPlace, ...]) -> None:
     clock = places[0].clock.open("link")
     spans = places[0].spans.open("link")
@@ -315,6 +329,7 @@ def _linked(place: AgentPlace, clock: Clock, spans: Spans | None) -> LinkedVehic
         map_version=road_map.map_version,
         seats=profile.body.seats,
         wheelchair_places=profile.body.wheelchair_places,
+        understands=(*LATER_KINDS, SCANS_REQUESTED),
         localizes_by=files.localizes_by() or "",
     )
     return LinkedVehicle(

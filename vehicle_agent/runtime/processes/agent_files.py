@@ -78,6 +78,7 @@ class AgentFolder:
         self.root = root
         self.outbox = root / "outbox"
         self.runs = root / "runs"
+        self.scans = root / "scans"
         self.localization = LocalizationFiles(root)
 
     def vehicle(self) -> VehicleFile:

@@ -74,7 +74,9 @@ class LidarProcess:
     def _give(self, scan: RigScan | None) -> None:
         if scan is None:
             return
-        ready = self._ring.write(self._number, scan.stamp_ns, scan.points_base, scan.intensities)
+        ready = self._ring.write(
+            self._number, scan.stamp_ns, scan.points_base, scan.intensities, scan.offsets_s
+        )
         self._number += 1
         self._port.send(self._scans_port, ready)
         for name, code in scan.missing.items():

@@ -17,12 +17,13 @@ import structlog
 
 from contract.runlog.records import NO_LOCALIZATION_MAP
 from contract.tracing import Spans
-from contract.wire.messages import OrderProgress, VehicleEvent
+from contract.wire.messages import OrderProgress, ScanArea, ScansReported, VehicleEvent
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import signature_text
 from vehicle_agent.link.localization_download import LocalizationMapNotTaken
 from vehicle_agent.link.map_download import MapNotTaken
+from vehicle_agent.link.scan_uploads import ScanUploads
 from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.runtime.order_tracing import LinkTracing
@@ -37,12 +38,16 @@ from vehicle_agent.runtime.processes.mailbox import (
     Mailbox,
     MapAnswer,
     MapOffer,
+    ScanReports,
+    ScanWork,
     TickReport,
     TracedSpans,
 )
 from vehicle_agent.runtime.processes.map_changer import MapChanger
+from vehicle_agent.runtime.processes.scan_track import track_of
 from vehicle_agent.runtime.recording.recorder import SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
+from vehicle_agent.runtime.recording.scan_keeper import RequestReport
 from vehicle_agent.signals import LinkMessage
 
 log = structlog.get_logger()
@@ -108,6 +113,15 @@ class VehicleLink:
             self._report_event,
             self._offer_map,
         )
+        self._keeper = vehicle.mail / "scans"
+        self._scans = ScanUploads(
+            vehicle.identity.vehicle_id,
+            files.scans,
+            self._http,
+            lambda text: signature_text(key, text),
+            self._report_event,
+            self._ask_for_scans,
+        )
         self._scan_maps = None
         if vehicle.identity.localizes_by:
             self._scan_maps = LocalizationChanger(
@@ -126,6 +140,7 @@ class VehicleLink:
             self._clock.now_ns,
             self._tls,
             map_published=self._maps.announced,
+            scans_requested=self._scans.requested,
             localization_map_published=None if self._scan_maps is None else self._scan_maps.announced,
         )
 
@@ -139,6 +154,7 @@ class VehicleLink:
                 tasks.create_task(self._process_reports())
                 tasks.create_task(self._uploader.run())
                 tasks.create_task(self._maps.run())
+                tasks.create_task(self._scans.run())
                 if self._scan_maps is not None:
                     tasks.create_task(self._scan_maps.run())
         finally:
@@ -162,10 +178,14 @@ class VehicleLink:
                     self._spans.add(span)
             if isinstance(mail, MapAnswer):
                 self._take_map_answer(mail)
+            if isinstance(mail, ScanReports):
+                self._scans.kept(tuple(_scans_reported(one) for one in mail.reports))
             if isinstance(mail, LocalizationMapAnswer):
                 self._take_localization_answer(mail)
             if not isinstance(mail, TickReport):
                 continue
+            if self._scans.areas:
+                self._mailbox.post(self._keeper, track_of(mail))
             self._notice_boot(mail)
             self._tick_is_up.set()
             if self._reports.full():
@@ -232,6 +252,9 @@ class VehicleLink:
             log.error("run.not_recorded", vehicle_id=self._identity.vehicle_id, error=str(error))
             self._log_files.give_up()
 
+    def _ask_for_scans(self, areas: tuple[ScanArea, ...]) -> None:
+        self._mailbox.post(self._keeper, ScanWork(areas))
+
     def _offer_map(self, map_version: str) -> None:
         self._mailbox.post(self._tick, MapOffer(map_version))
 
@@ -271,6 +294,13 @@ class VehicleLink:
         for path in sorted(self._runs.glob("*/*.mcap")):
             segment = finished_segment(path, int(path.stem))
             self._uploader.add(path, segment.sha256)
+
+
+def _scans_reported(report: RequestReport) -> ScansReported:
+    totals = report.totals
+    return ScansReported(
+        report.request_id, report.state, totals.scans, totals.way_m, totals.bytes_kept, report.detail
+    )
 
 
 def _tls_context(server_url: str, certificate: str) -> ssl.SSLContext | None:

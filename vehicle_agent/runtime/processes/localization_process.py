@@ -12,7 +12,7 @@ from types import FrameType
 
 import structlog
 
-from vehicle_agent.device_feed import DeviceFeedError, ScanReady, ScanRing
+from vehicle_agent.device_feed import Array32, DeviceFeedError, ScanReady, ScanRing
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import (
@@ -52,6 +52,16 @@ class NewScans:
             return None
         newest = self._ring.newest()
         return None if newest == self._seen else newest
+
+    def skip(self, ready: ScanReady) -> None:
+        """It is not wanted."""
+        self._seen = ready
+
+    def take_rows(self, ready: ScanReady) -> Array32 | None:
+        """The scan as it lies in the ring, (n, 5); None: it is overwritten by now."""
+        assert self._ring is not None, "a scan was seen in the ring"
+        self._seen = ready
+        return self._ring.read_rows(ready)
 
     def take(self, ready: ScanReady) -> PointCloud | None:
         """None: it is overwritten by now."""

@@ -13,12 +13,15 @@ from pathlib import Path
 import msgspec
 
 from contract.runlog.arrays import dec_hook, enc_hook
+from contract.scan_parcels.parcels import FixRow, PoseRow
 from contract.tracing import Span
 from contract.wire.localization_maps import LocalizationMapFailure
 from contract.wire.maps import MapFailure
+from contract.wire.scans import ScanArea
 from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
+from vehicle_agent.runtime.recording.scan_keeper import RequestReport
 from vehicle_agent.signals import CanFrame, InboxBody, LocalizationJob, PlanJob
 
 DATAGRAM_BYTES_MAX = 200_000
@@ -94,6 +97,25 @@ class MapAnswer(msgspec.Struct, frozen=True, tag="map_answer"):
     detail: str = ""
 
 
+class ScanWork(msgspec.Struct, frozen=True, tag="scan_work"):
+    """To the process that keeps scans: all open requests."""
+
+    areas: tuple[ScanArea, ...]
+
+
+class ScanTrack(msgspec.Struct, frozen=True, tag="scan_track"):
+    """To the process that keeps scans: what the tick knew of its place, and the fixes it took."""
+
+    poses: tuple[PoseRow, ...]
+    fixes: tuple[FixRow, ...]
+
+
+class ScanReports(msgspec.Struct, frozen=True, tag="scan_reports"):
+    """To the link: how it stands with each open request."""
+
+    reports: tuple[RequestReport, ...]
+
+
 class LocalizationMapOffer(msgspec.Struct, frozen=True, tag="localization_map_offer"):
     """To the tick: change over to this map when the vehicle stands; "" withdraws what was offered before."""
 
@@ -118,6 +140,9 @@ Mail = (
     | CabinUpdate
     | MapOffer
     | MapAnswer
+    | ScanWork
+    | ScanTrack
+    | ScanReports
     | LocalizationMapOffer
     | LocalizationMapAnswer
 )

@@ -27,6 +27,7 @@ PUBLIC_CHANGES = {
     ("POST", "/session"),
     ("POST", "/enrolments"),
     ("PUT", "/runs/segments/{sha256}"),
+    ("PUT", "/scan-parcels/{sha256}"),
 }
 PUBLIC_READING = {
     ("GET", "/campus"),

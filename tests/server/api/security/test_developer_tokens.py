@@ -61,6 +61,12 @@ OPERATORS_ONLY = {
     ("POST", "/maps/{map_version}/activations"),
     ("POST", "/localization-maps/{map_version}/activations"),
     ("DELETE", "/localization-maps/{map_version}"),
+    ("POST", "/scan-requests"),
+    ("POST", "/scan-requests/{request_id}/end"),
+    ("POST", "/scan-requests/{request_id}/maps"),
+    ("POST", "/map-proposals/{proposal_id}/stop"),
+    ("POST", "/map-proposals/{proposal_id}/publication"),
+    ("POST", "/map-proposals/{proposal_id}/dismissal"),
 }
 BY_TOKEN = [one for one in CHANGES + READING if one not in OPERATORS_ONLY]
 

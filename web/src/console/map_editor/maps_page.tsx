@@ -8,6 +8,8 @@ import { ConfirmDialog } from "../../shared/ui/dialog";
 import { RoleGate } from "../account/role_gate";
 import { fragmentOf } from "../address";
 import { goTo } from "../navigation";
+import { MapProposals } from "../scans/map_proposals";
+import { ScanRequests } from "../scans/scan_requests";
 import { mapDrafts, mapVersions } from "../store/maps";
 import { texts } from "../texts/texts";
 import { formatDateTime } from "../texts/times";
@@ -17,7 +19,7 @@ import { MapProblemAlert } from "./map_problem_alert";
 
 const FORMATS = ["geojson", "lanelet2", "map"] as const;
 
-/** Versions of the map, the drafts that are drawn, and localization maps. */
+/** Versions of the map, the drafts that are drawn, localization maps, and the scans that new ones are made of. */
 export function MapsPage() {
   const t = texts.value;
   useEffect(() => {
@@ -45,6 +47,8 @@ export function MapsPage() {
           <VersionList />
         </section>
         <LocalizationMaps />
+        <ScanRequests />
+        <MapProposals />
       </div>
     </section>
   );

@@ -5,6 +5,7 @@ import { forkEn } from "./fork_texts_en";
 import { localizationMapEn } from "./localization_map_texts_en";
 import { onboardEn } from "./onboard_texts_en";
 import { positionEn } from "./position_texts_en";
+import { scanEn } from "./scan_texts_en";
 import { recordingEn } from "./recording_texts_en";
 import { replayEn } from "./replay_texts_en";
 import { statisticsEn } from "./statistics_texts_en";
@@ -30,6 +31,7 @@ test("no text of a file of its own is covered by one of the same name", () => {
     onboardEn,
     positionEn,
     recordingEn,
+    scanEn,
     replayEn,
     statisticsEn,
   ])

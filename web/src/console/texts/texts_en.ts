@@ -20,6 +20,7 @@ import { onboardEn } from "./onboard_texts_en";
 import { localizationMapEn } from "./localization_map_texts_en";
 import { positionEn } from "./position_texts_en";
 import { recordingEn } from "./recording_texts_en";
+import { scanEn } from "./scan_texts_en";
 import { replayEn } from "./replay_texts_en";
 
 const conditions: Record<Condition, string> = {
@@ -44,6 +45,7 @@ export const en = {
   ...positionEn,
   ...recordingEn,
   ...replayEn,
+  ...scanEn,
   ...statisticsEn,
   condition_unknown: "Unknown",
   not_live: (seconds: number) =>

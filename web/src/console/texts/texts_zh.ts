@@ -5,6 +5,7 @@ import { onboardZh } from "./onboard_texts_zh";
 import { localizationMapZh } from "./localization_map_texts_zh";
 import { positionZh } from "./position_texts_zh";
 import { recordingZh } from "./recording_texts_zh";
+import { scanZh } from "./scan_texts_zh";
 import { replayZh } from "./replay_texts_zh";
 import type { ConsoleTexts } from "./texts_en";
 
@@ -16,6 +17,7 @@ export const zh: ConsoleTexts = {
   ...positionZh,
   ...recordingZh,
   ...replayZh,
+  ...scanZh,
   ...statisticsZh,
   title: "Campusloop 调度台",
   loading: "正在加载…",

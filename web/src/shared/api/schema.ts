@@ -2164,6 +2164,224 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/scan-requests": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Scan Requests
+         * @description Newest first, each with what came from which vehicle.
+         */
+        get: operations["list_scan_requests"];
+        put?: never;
+        /**
+         * Request Scans
+         * @description All vehicles with a lidar keep scans inside this area while they drive there, and send them.
+         */
+        post: operations["request_scans"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/scan-requests/{request_id}/end": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End Scan Request
+         * @description Vehicles keep no more scans for it. What they have kept still comes.
+         */
+        post: operations["end_scan_request"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/scan-parcels/{sha256}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Scan Parcel
+         * @description A parcel, by the SHA-256 of its bytes. A repeat is harmless.
+         */
+        put: operations["put_scan_parcel"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/scan-requests/{request_id}/maps": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Propose Map
+         * @description Make a point map of all scans that have come, and compare it with the one in force. Minutes pass.
+         */
+        post: operations["propose_map"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Map Proposals
+         * @description Newest first.
+         */
+        get: operations["list_map_proposals"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals/{proposal_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Get Map Proposal */
+        get: operations["get_map_proposal"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals/{proposal_id}/picture": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Get Map Proposal Picture */
+        get: operations["get_map_proposal_picture"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals/{proposal_id}/map": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Map Proposal File
+         * @description As a file, e.g. to try it on one vehicle with `campusloop agent point-map`.
+         */
+        get: operations["get_map_proposal_file"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals/{proposal_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stop Map Proposal
+         * @description End the work. The child process ends within some seconds.
+         */
+        post: operations["stop_map_proposal"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals/{proposal_id}/publication": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Publish Map Proposal
+         * @description Put the proposed map in force. Vehicles fetch it, and change over while they stand.
+         */
+        post: operations["publish_map_proposal"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/map-proposals/{proposal_id}/dismissal": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Dismiss Map Proposal
+         * @description The map in force stays.
+         */
+        post: operations["dismiss_map_proposal"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/segments/{sha256}": {
         parameters: {
             query?: never;
@@ -3649,6 +3867,74 @@ export interface components {
             detail: string;
         };
         /**
+         * ComparisonView
+         * @description The proposed map beside the one in force.
+         */
+        ComparisonView: {
+            /** Map Version */
+            map_version: string;
+            /**
+             * In Force Version
+             * @description Empty: there was none, and nothing is compared.
+             */
+            in_force_version: string;
+            /** Drives */
+            drives: number;
+            /** Scans */
+            scans: number;
+            /** Way M */
+            way_m: number;
+            /**
+             * Fix Median M
+             * @description From the drives' GNSS fixes.
+             */
+            fix_median_m: number;
+            /**
+             * Moving Removed
+             * @description Elements of people and cars that are not on the map.
+             */
+            moving_removed: number;
+            /**
+             * Shift M
+             * @description x, y and z by which it was laid on the map in force.
+             */
+            shift_m: number[];
+            /** Turn Rad */
+            turn_rad: number;
+            /**
+             * Residual Median M
+             * @description Across surfaces that both have.
+             */
+            residual_median_m: number | null;
+            /** Residual P95 M */
+            residual_p95_m: number | null;
+            /**
+             * Changed Ratio
+             * @description Of the surface that can be compared.
+             */
+            changed_ratio: number | null;
+            /** Tiles Changed */
+            tiles_changed: number;
+            /** Tiles Compared */
+            tiles_compared: number;
+            /** Tiles Added */
+            tiles_added: number;
+            /**
+             * Tiles
+             * @description Those that changed or are added.
+             */
+            tiles: components["schemas"]["TileView"][];
+            /** Tiles Of Map */
+            tiles_of_map: number;
+            /** Bytes Of Map */
+            bytes_of_map: number;
+            /**
+             * Notes
+             * @description What was left out, and why.
+             */
+            notes: string[];
+        };
+        /**
          * CreatedTokenView
          * @description A new token. The secret is shown this once.
          * @example {
@@ -3766,6 +4052,19 @@ export interface components {
             /** Reason Detail */
             reason_detail: string;
             ride: components["schemas"]["RideTicket"] | null;
+        };
+        /**
+         * Decision
+         * @example {
+         *       "note": "New wall is right."
+         *     }
+         */
+        Decision: {
+            /**
+             * Note
+             * @default
+             */
+            note: string;
         };
         /**
          * DecisionView
@@ -5173,6 +5472,58 @@ export interface components {
             name: string;
         };
         /**
+         * NewScanRequest
+         * @example {
+         *       "name": "Library",
+         *       "outline": [
+         *         [
+         *           0,
+         *           0
+         *         ],
+         *         [
+         *           120,
+         *           0
+         *         ],
+         *         [
+         *           120,
+         *           60
+         *         ]
+         *       ],
+         *       "hours": 12
+         *     }
+         */
+        NewScanRequest: {
+            /** Name */
+            name: string;
+            /**
+             * Outline
+             * @description Corners in the map frame, m; empty: the whole campus.
+             * @default []
+             */
+            outline: [
+                number,
+                number
+            ][];
+            /**
+             * Every M
+             * @description Of the way, from one scan to the next.
+             * @default 0.5
+             */
+            every_m: number;
+            /**
+             * Bytes Max
+             * @description The request ends when so much has come.
+             * @default 2147483648
+             */
+            bytes_max: number;
+            /**
+             * Hours
+             * @description The request ends after this time.
+             * @default 24
+             */
+            hours: number;
+        };
+        /**
          * NewSecondFactorView
          * @description What an authenticator app reads. Shown once.
          * @example {
@@ -5465,6 +5816,26 @@ export interface components {
             longitude_deg: number;
         };
         /**
+         * ParcelView
+         * @description A parcel of scans that has come.
+         * @example {
+         *       "sha256": "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
+         *       "request_id": "scans-4",
+         *       "scans": 80,
+         *       "size_bytes": 8000000
+         *     }
+         */
+        ParcelView: {
+            /** Sha256 */
+            sha256: string;
+            /** Request Id */
+            request_id: string;
+            /** Scans */
+            scans: number;
+            /** Size Bytes */
+            size_bytes: number;
+        };
+        /**
          * Password
          * @example {
          *       "password": "correct horse battery"
@@ -5726,6 +6097,63 @@ export interface components {
              * Format: date-time
              */
             arrive_by: string;
+        };
+        /**
+         * ProposalView
+         * @example {
+         *       "proposal_id": "proposal-2",
+         *       "request_id": "scans-4",
+         *       "request_name": "Library, after the building work",
+         *       "state": "ready",
+         *       "stage": "comparison",
+         *       "percent": 100,
+         *       "detail": "",
+         *       "started_at": "2026-09-01T20:05:00Z",
+         *       "started_by": "ines",
+         *       "decided_at": null,
+         *       "decided_by": "",
+         *       "note": "",
+         *       "comparison": null
+         *     }
+         */
+        ProposalView: {
+            /** Proposal Id */
+            proposal_id: string;
+            /** Request Id */
+            request_id: string;
+            /** Request Name */
+            request_name: string;
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "queued" | "building" | "stopped" | "failed" | "ready" | "published" | "dismissed";
+            /** Stage */
+            stage: string;
+            /**
+             * Percent
+             * @description Of the stage.
+             */
+            percent: number;
+            /**
+             * Detail
+             * @description Why it was stopped or has failed.
+             */
+            detail: string;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Started By */
+            started_by: string;
+            /** Decided At */
+            decided_at: string | null;
+            /** Decided By */
+            decided_by: string;
+            /** Note */
+            note: string;
+            comparison: components["schemas"]["ComparisonView"] | null;
         };
         /**
          * Quantiles
@@ -6684,6 +7112,137 @@ export interface components {
             segments: components["schemas"]["SegmentView"][];
         };
         /**
+         * ScanRequestView
+         * @example {
+         *       "request_id": "scans-4",
+         *       "name": "Library, after the building work",
+         *       "outline": [
+         *         [
+         *           0,
+         *           0
+         *         ],
+         *         [
+         *           120,
+         *           0
+         *         ],
+         *         [
+         *           120,
+         *           60
+         *         ],
+         *         [
+         *           0,
+         *           60
+         *         ]
+         *       ],
+         *       "every_m": 0.5,
+         *       "bytes_max": 2147483648,
+         *       "until": "2026-09-01T20:00:00Z",
+         *       "started_at": "2026-09-01T08:00:00Z",
+         *       "started_by": "ines",
+         *       "state": "open",
+         *       "ended_at": null,
+         *       "ended_by": "",
+         *       "scans": 640,
+         *       "way_m": 318.4,
+         *       "size_bytes": 88000000,
+         *       "vehicles": [
+         *         {
+         *           "vehicle_id": "shuttle-1",
+         *           "state": "collecting",
+         *           "detail": "",
+         *           "reported_at": "2026-09-01T08:20:00Z",
+         *           "kept_scans": 700,
+         *           "kept_way_m": 348,
+         *           "kept_bytes": 96000000,
+         *           "drives": 2,
+         *           "scans": 640,
+         *           "way_m": 318.4,
+         *           "size_bytes": 88000000
+         *         }
+         *       ]
+         *     }
+         */
+        ScanRequestView: {
+            /** Request Id */
+            request_id: string;
+            /** Name */
+            name: string;
+            /**
+             * Outline
+             * @description Corners x, y; empty: the whole campus.
+             */
+            outline: number[][];
+            /** Every M */
+            every_m: number;
+            /** Bytes Max */
+            bytes_max: number;
+            /**
+             * Until
+             * Format: date-time
+             */
+            until: string;
+            /**
+             * Started At
+             * Format: date-time
+             */
+            started_at: string;
+            /** Started By */
+            started_by: string;
+            /**
+             * State
+             * @description open, or why it has ended.
+             * @enum {string}
+             */
+            state: "open" | "operator" | "time" | "size";
+            /** Ended At */
+            ended_at: string | null;
+            /** Ended By */
+            ended_by: string;
+            /**
+             * Scans
+             * @description That have come.
+             */
+            scans: number;
+            /** Way M */
+            way_m: number;
+            /** Size Bytes */
+            size_bytes: number;
+            /** Vehicles */
+            vehicles: components["schemas"]["ScanVehicle"][];
+        };
+        /**
+         * ScanVehicle
+         * @description What one vehicle keeps for a request, as it says, and what of it has come.
+         */
+        ScanVehicle: {
+            /** Vehicle Id */
+            vehicle_id: string;
+            /**
+             * State
+             * @description `old_agent`: its software cannot keep scans. `unknown`: it has not said anything.
+             * @enum {string}
+             */
+            state: "waiting" | "collecting" | "ended" | "disk_full" | "no_scans" | "not_uploaded" | "keeper_silent" | "old_agent" | "unknown";
+            /** Detail */
+            detail: string;
+            /** Reported At */
+            reported_at: string | null;
+            /** Kept Scans */
+            kept_scans: number;
+            /** Kept Way M */
+            kept_way_m: number;
+            /** Kept Bytes */
+            kept_bytes: number;
+            /** Drives */
+            drives: number;
+            /** Scans */
+            scans: number;
+            /** Way M */
+            way_m: number;
+            /** Size Bytes */
+            size_bytes: number;
+        };
+        /**
          * Scene
          * @description Everything that one viewer may see at `at_ms`.
          */
@@ -7401,6 +7960,34 @@ export interface components {
              * @description Driving on an empty campus at that hour, and the stop at the second one unless the trip ends there. null: no road leads there.
              */
             needed_s: number | null;
+        };
+        /**
+         * TileView
+         * @description One tile of 32 m; counts are of surface elements, about one each half metre of surface.
+         */
+        TileView: {
+            /** Ix */
+            ix: number;
+            /** Iy */
+            iy: number;
+            /** Same */
+            same: number;
+            /** New */
+            new: number;
+            /** Moved */
+            moved: number;
+            /** Gone */
+            gone: number;
+            /** Unseen */
+            unseen: number;
+            /** Added */
+            added: number;
+            /** Changed Ratio */
+            changed_ratio: number;
+            /** Is Changed */
+            is_changed: boolean;
+            /** Is Added */
+            is_added: boolean;
         };
         /**
          * TimetableBody
@@ -9820,7 +10407,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
@@ -10549,7 +11136,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
@@ -10611,7 +11198,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
@@ -17888,6 +18475,1034 @@ export interface operations {
             };
         };
     };
+    list_scan_requests: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanRequestView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    request_scans: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["NewScanRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanRequestView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    end_scan_request: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                request_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanRequestView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_scan_parcel: {
+        parameters: {
+            query?: never;
+            header: {
+                "Vehicle-Id": string;
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash or version, one a line. */
+                "Vehicle-Signature": string;
+            };
+            path: {
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description The parcel was there already. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ParcelView"];
+                };
+            };
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ParcelView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    propose_map: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                request_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProposalView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_map_proposals: {
+        parameters: {
+            query?: {
+                limit?: number;
+                /** @description From the previous page's header `Link` (rel=next); opaque. */
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    /** @description The next page, if there is one (RFC 8288): `<...?cursor=...>; rel="next"`. */
+                    Link?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProposalView"][];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_proposal: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                proposal_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProposalView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_proposal_picture: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                proposal_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Both maps from above, changes in colours. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "image/png": unknown;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_map_proposal_file: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                proposal_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The map's folder, its figures and its picture. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/zip": unknown;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_map_proposal: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                proposal_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProposalView"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    publish_map_proposal: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                proposal_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Decision"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProposalView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    dismiss_map_proposal: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                proposal_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Decision"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ProposalView"];
+                };
+            };
+            /** @description The body is not text. */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_segment: {
         parameters: {
             query?: never;
@@ -17969,7 +19584,7 @@ export interface operations {
             query?: never;
             header: {
                 "Vehicle-Id": string;
-                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map'), the vehicle id, and the hash or version, one a line. */
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash or version, one a line. */
                 "Vehicle-Signature": string;
             };
             path: {
