@@ -19,6 +19,8 @@ from workshop.laser_mapping.loops import LoopParams
 from workshop.laser_mapping.occupancy import OccupancyParams
 from workshop.laser_mapping.pose_graph import GraphParams
 from workshop.laser_mapping.refinement import RefinementParams
+from workshop.motion_calibration.adjustment import LeverPrior, UnitPrior
+from workshop.motion_calibration.calibrate import MotionParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
     "workshop.md": (LoopParams, RefinementParams, GraphParams, OccupancyParams),
@@ -32,6 +34,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
         SurfaceParams,
     ),
     "workshop/calibration.md": (PlaneSearch, Prior, CalibrationParams),
+    "workshop/motion-calibration.md": (MotionParams, UnitPrior, LeverPrior),
 }
 
 
