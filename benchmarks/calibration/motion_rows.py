@@ -50,23 +50,19 @@ def motion_row(seed: int) -> Row:
 
 
 def motion_summary(rows: list[Row]) -> dict[str, Value]:
-    """p95 over the drives with bends; a refused one counts as infinitely wrong. Shares of refusals."""
+    """Percentiles over the drives with bends that were found; how many were refused, and of which kind."""
     bends = [row for row in rows if row["way"] == "bends"]
     others = [row for row in rows if row["way"] != "bends"]
-    summary: dict[str, Value] = {
-        "drives": len(bends),
-        "drives_refused": sum(bool(r["refused"]) for r in bends),
-    }
+    found = [row for row in bends if not row["refused"]]
+    summary: dict[str, Value] = {"drives": len(bends), "drives_refused": len(bends) - len(found)}
     for key in ("error_deg", "offset_ms", "lever_level_m"):
-        values = [math.inf if row["refused"] else float(row[key] or 0.0) for row in bends]
+        values = [float(row[key] or 0.0) for row in found]
         for name, share in (("p50", 50.0), ("p95", 95.0), ("max", 100.0)):
-            value = float(np.percentile(values, share, method="higher")) if values else math.inf
-            summary[f"{name}_{key}"] = value if math.isfinite(value) else None
-    accepted = [row for row in bends if not row["refused"]]
+            at = float(np.percentile(values, share, method="higher")) if values else None
+            summary[f"{name}_{key}"] = at
     for key in ("rotation_stds", "offset_stds"):
-        summary[f"within_3_{key}"] = sum(float(r[key] or 0.0) <= 3.0 for r in accepted) / max(
-            1, len(accepted)
-        )
+        within = sum(float(row[key] or 0.0) <= 3.0 for row in found)
+        summary[f"within_3_{key}"] = within / max(1, len(found))
     summary["undetermined"] = len(others)
     summary["undetermined_accepted"] = sum(not row["refused"] for row in others)
     summary["motion_cpu_s_mean"] = float(np.mean([float(row["cpu_s"] or 0.0) for row in rows]))

@@ -66,7 +66,8 @@ def campus_tour(road_map: RoadMap) -> Array:
     if not lines:
         raise NoTour(f"{road_map.name} has no way from one stop to another.")
     seen: set[tuple[int, int]] = set()
-    at, pieces = next(iter(lines))[0], []
+    at = next(iter(lines))[0]
+    pieces: list[Array] = []
     while True:
         fresh = {pair[1]: len(_squares(line) - seen) for pair, line in lines.items() if pair[0] == at}
         best = max(fresh, key=lambda stop_id: fresh[stop_id], default=None)

@@ -1,5 +1,6 @@
 """`campusloop view`: the replay of a folder of run logs, at once and without a password."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -25,7 +26,9 @@ READY_WITHIN_S = 60.0
 def viewer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The origin of a viewer of one run."""
     folder = tmp_path_factory.mktemp("runs")
-    record_run(folder / "0000.mcap", "shuttle-7", "boot-7", RoadNetwork(load_map(CAMPUS_MAP)), 40)
+    record_run(
+        folder / "0000.mcap", "shuttle-7", "boot-7", RoadNetwork(load_map(CAMPUS_MAP)), 40, doubts_at_s=30
+    )
     port = free_port()
     command = [sys.executable, "-m", "campusloop", "view", str(folder), "--port", str(port)]
     with (folder / "view.log").open("wb") as journal:
@@ -54,6 +57,10 @@ def test_the_root_is_the_replay_and_asks_for_no_password(viewer: str, browser: B
     expect(page.get_by_role("button", name="Play")).to_be_visible()
     expect(page.locator(".led")).to_contain_text("second 0")
     expect(page.get_by_label("Password")).to_have_count(0)
+    # Three quarters of the way it knew its place.
+    row = page.get_by_role("img", name="scans agree with the map 7")
+    expect(row).to_have_accessible_name(re.compile(r"in doubt, drives slowly 2\d %"))
+    expect(row.locator(".phase-doubtful")).to_have_attribute("d", re.compile("v-8h1v8z"))
     page.reload()
     expect(page.get_by_role("button", name="Play")).to_be_visible()
     context.close()

@@ -13,6 +13,7 @@ import { formatDateTime } from "../texts/times";
 import { ConditionChip } from "../vehicles/condition_chip";
 import { VehicleStatus } from "../vehicles/vehicle_status";
 import { CopyLink } from "./copy_link";
+import { LocalizationRow } from "./localization_row";
 import { MarkList } from "./mark_list";
 import { RunFiles } from "./run_files";
 import { RunPlayer } from "./run_player";
@@ -63,6 +64,13 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
             end_ms={player.end_ms}
             marks={player.marks.value}
             step_ms={STEP_MS}
+            row={
+              <LocalizationRow
+                scenes={player.scenes.value}
+                start_ms={player.start_ms}
+                end_ms={player.end_ms}
+              />
+            }
           />
         )}
       </div>

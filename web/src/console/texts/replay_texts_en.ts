@@ -11,6 +11,7 @@ export const replayEn = {
   play_speed: "Speed",
   replay: "Replay",
   replay_banner: "Replay",
+  share_of_run: (what: string, percent: number) => `${what} ${percent} %`,
   speed_factor: (factor: number) => `${factor}×`,
 
   fleet_replay: "The fleet",

@@ -10,6 +10,7 @@ export const replayZh: typeof replayEn = {
   play_speed: "速度",
   replay: "回放",
   replay_banner: "回放",
+  share_of_run: (what, percent) => `${what} ${percent}%`,
   speed_factor: (factor) => `${factor}×`,
 
   fleet_replay: "车队",
