@@ -5,15 +5,18 @@ from pathlib import Path
 
 import httpx
 import msgspec
+import numpy as np
 import zstandard
 
 from contract.geometry import Pose2
 from contract.roads.load import encode_map
 from contract.roads.network import RoadNetwork
+from contract.runlog.matched_scans import AGREES, NEW, matched_scan
 from contract.runlog.records import (
     MARK_TOPIC,
     ONBOARD_TOPIC,
     REPORT_TOPIC,
+    SCAN_TOPIC,
     RunHeader,
     TickRecord,
     recording_mark,
@@ -42,12 +45,14 @@ def record_run(
     mark: tuple[int, str] | None = None,
     sees: bool = False,
     doubts_at_s: int = -1,
+    scans: bool = False,
 ) -> None:
     """The screen names the second, so that a picture tells its moment.
 
     brakes_at_s  for this second it says that it brakes hard
     mark         an operator's: second and note
     sees         with what it sees and plans
+    scans        with a scan each second: a wall that lies on the map, and a thing that does not
     doubts_at_s  from this second on it is in doubt where it is, to 0.8 m
     """
     lane_id = max(network.lines, key=lambda lane: network.lines[lane].length_m)
@@ -75,6 +80,12 @@ def record_run(
                 report = LocalizationReport(phase, 0.05 if is_sure else 0.8, 0.9)
                 status = msgspec.structs.replace(status, localization=report)
             writer.add(REPORT_TOPIC, stamp_ns, encode(status))
+            if scans and tick % 50 == 0:
+                pose = Pose2(*network.pose(lane_id, s_m))
+                wall = np.column_stack((np.linspace(-8.0, 8.0, 30), np.full(30, 6.0)))
+                points = np.vstack((wall, np.tile([2.0, -3.0], (10, 1)))) + np.array([pose.x_m, pose.y_m])
+                scan = matched_scan(stamp_ns, pose, 0.75, points, np.repeat([AGREES, NEW], [30, 10]))
+                writer.add(SCAN_TOPIC, stamp_ns, msgspec.json.encode(scan))
             if sees:
                 x_m, y_m, _ = network.pose(lane_id, s_m)
                 writer.add(ONBOARD_TOPIC, stamp_ns, encode(a_scene(stamp_ns, x_m, y_m)))

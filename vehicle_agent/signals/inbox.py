@@ -2,6 +2,7 @@
 
 import msgspec
 
+from contract.runlog.matched_scans import MatchedScan
 from contract.wire.messages import Command, Grants, Order, PassengerTap
 from vehicle_agent.signals.arriving import (
     CanFrame,
@@ -45,6 +46,7 @@ InboxBody = (
     | ObstaclePercept
     | TrackPercept
     | LidarConditions
+    | MatchedScan
     | PlanAnswer
     | SeatButton
     | HelpButton

@@ -17,6 +17,7 @@ import { LocalizationRow } from "./localization_row";
 import { MarkList } from "./mark_list";
 import { RunFiles } from "./run_files";
 import { RunPlayer } from "./run_player";
+import { ScanBlock } from "./scan_block";
 import { Timeline } from "./timeline";
 
 const STEP_MS = 200;
@@ -53,6 +54,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           {...(player.geometry.value === null ? {} : { geometry: player.geometry.value })}
           scene={scene}
           onboard={player.onboard.value ?? null}
+          scan={player.scan.value ?? null}
           selected_vehicle={vehicle_id}
           interpolate={!clock.is_seek.value}
           onSelect={() => undefined}
@@ -100,6 +102,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           )}
         </section>
         {scene !== null && <OnboardBlock player={player} />}
+        {scene !== null && <ScanBlock player={player} />}
         {scene !== null && <MarkList marks={player.marks.value} clock={clock} />}
         <RunFiles vehicle_id={vehicle_id} boot_id={boot_id} />
       </aside>

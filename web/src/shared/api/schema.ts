@@ -2265,6 +2265,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/scans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Scans
+         * @description Lidar scans as the vehicle compared them with its point map, thinned: which points lie on the map.
+         */
+        get: operations["get_run_scans"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{vehicle_id}/{boot_id}/marks": {
         parameters: {
             query?: never;
@@ -6687,6 +6707,23 @@ export interface components {
             map_version: string;
             /** Segments */
             segments: components["schemas"]["SegmentView"][];
+        };
+        /**
+         * ScanMoment
+         * @description One scan, map frame, metres.
+         *
+         *         agreement  share of the points above the road that lie on the map
+         *         agrees     x0, y0, x1, y1, ... of points on the map
+         *         new        of points on something that the map has not
+         *         through    of points beyond a wall of the map: something has gone, or the pose is wrong
+         */
+        ScanMoment: {
+            at_ms: number;
+            pose_map: components["schemas"]["Pose2"];
+            agreement: number;
+            agrees: number[];
+            new: number[];
+            through: number[];
         };
         /**
          * Scene
@@ -18318,6 +18355,87 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["OnboardMoment"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_scans: {
+        parameters: {
+            query: {
+                /** @description Unix time */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description In order of time, one a second. Empty for a vehicle that compares no scans. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanMoment"][];
                 };
             };
             /** @description Unauthorized */
