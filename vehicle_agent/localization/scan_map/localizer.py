@@ -11,11 +11,11 @@ import numpy as np
 
 from contract.geometry import Array, Pose2, wrap_angle
 from contract.point_map.tiles import Surfels, no_surfels
-from contract.runlog.matched_scans import MatchedScan, matched_scan
 from vehicle_agent.localization.odometry.motion import deskewed, inverted
 from vehicle_agent.localization.odometry.voxel_map import first_of_voxels
+from vehicle_agent.localization.scan_map.matched_scans import MatchedScans
 from vehicle_agent.localization.scan_map.matching import Match, MatchParams, in_plane, match_scan
-from vehicle_agent.localization.scan_map.rays import beams_through, point_kinds
+from vehicle_agent.localization.scan_map.rays import beams_through
 from vehicle_agent.localization.scan_map.search import likely_poses
 from vehicle_agent.localization.scan_map.surfel_index import SurfelIndex, index_surfels
 from vehicle_agent.signals.arriving import ScanPose
@@ -23,8 +23,6 @@ from vehicle_agent.signals.point_cloud import PointCloud
 
 # The elements of tile (ix, iy), or None where the map has none. It may read a file.
 TileSource = Callable[[int, int], Surfels | None]
-
-_MATCHED_EVERY_NS = 1_000_000_000
 
 
 class ScanPrior(msgspec.Struct, frozen=True):
@@ -87,7 +85,10 @@ class LocalizerParams(msgspec.Struct, frozen=True):
 
 
 class ScanLocalizer:
-    """One vehicle's worker. Deterministic; it keeps the map around it, and the last height and lean."""
+    """One vehicle's worker. Deterministic; it keeps the map around it, and the last height and lean.
+
+    matched  scans that it has placed, for run logs
+    """
 
     def __init__(
         self, tiles: TileSource, tile_m: float, voxel_m: float, T_base_sensor: Array,
@@ -101,13 +102,7 @@ class ScanLocalizer:
         self._index: SurfelIndex = index_surfels(no_surfels(), voxel_m)
         self._lean: Array = np.eye(3)
         self._height_m: float | None = None
-        self._matched: MatchedScan | None = None
-        self._matched_ns: int | None = None
-
-    def take_matched(self) -> MatchedScan | None:
-        """The last scan as the map saw it, once a second; each is given once."""
-        taken, self._matched = self._matched, None
-        return taken
+        self.matched = MatchedScans()
 
     @property
     def has_map(self) -> bool:
@@ -126,29 +121,15 @@ class ScanLocalizer:
             if found is not None:
                 through = self._through(points, above, found)
                 placed = self._scan_pose(cloud.stamp_ns, found, through, searched=True)
-                self._keep_matched(placed, points, found)
+                self.matched.add(placed, points, found, self._index, params.match)
                 return placed
         matching = params.match
         if self._is_near(prior):
             matching = msgspec.structs.replace(matching, kernel_m=matching.kernel_m[-1:])
         match = match_scan(points, above, self._index, self._guess(pose), self._information(prior), matching)
         placed = self._scan_pose(cloud.stamp_ns, match, self._through(points, above, match), searched=False)
-        self._keep_matched(placed, points, match)
+        self.matched.add(placed, points, match, self._index, params.match)
         return placed
-
-    def _keep_matched(self, placed: ScanPose, points: Array, match: Match) -> None:
-        """For run logs, if one is due: which points lie on the map."""
-        last_ns, stamp_ns = self._matched_ns, placed.stamp_ns
-        if last_ns is not None and 0 <= stamp_ns - last_ns < _MATCHED_EVERY_NS:
-            return
-        self._matched_ns = stamp_ns
-        index, matching = self._index, self.params.match
-        kinds = point_kinds(
-            points, match.pose, index.voxel_m, index.keys, index.elements, matching.reach_m,
-            matching.inlier_m,
-        )  # fmt: skip
-        points_map: Array = points @ match.pose[:2, :3].T + match.pose[:2, 3]
-        self._matched = matched_scan(stamp_ns, placed.pose_map, placed.agreement, points_map, kinds)
 
     def _is_near(self, prior: ScanPrior) -> bool:
         """Whether the prior is so sure that points at 20 m are where they seem to be."""

@@ -40,4 +40,4 @@ class SurfaceMatcher:
 
     def take_matched(self) -> MatchedScan | None:
         """See `ScanMatcher`."""
-        return self._localizer.take_matched()
+        return self._localizer.matched.take()

@@ -76,7 +76,7 @@ def test_an_open_field_a_blind_scan_and_a_place_without_a_map_say_nothing() -> N
 
 def test_once_a_second_a_scan_is_kept_for_the_run_log_with_what_its_points_say() -> None:
     true, localizer = Pose2(0.0, 1.0, 0.2), a_localizer()
-    assert localizer.take_matched() is None
+    assert localizer.matched.take() is None
     scan = a_scan(SQUARE, true, 1)
     # Something new, 4 m away where the map has nothing above the road.
     thing = np.random.default_rng(2).uniform([3.5, -0.5, -1.5], [4.5, 0.5, -0.5], (200, 3))
@@ -84,8 +84,8 @@ def test_once_a_second_a_scan_is_kept_for_the_run_log_with_what_its_points_say()
     given = []
     for stamp_ns in (0, 400_000_000, 999_000_000, 1_000_000_000):
         localizer.step(point_cloud(stamp_ns, points), ScanPrior(true, SURE, 0.0, 0.0))
-        given.append(localizer.take_matched())
-        assert localizer.take_matched() is None
+        given.append(localizer.matched.take())
+        assert localizer.matched.take() is None
     first, last = given[0], given[-1]
     assert given[1:3] == [None, None]
     assert first is not None
@@ -102,7 +102,7 @@ def test_from_a_wrong_place_beams_end_beyond_walls_of_the_map() -> None:
     true = Pose2(0.0, 1.0, 0.2)
     localizer = a_localizer()
     localizer.step(a_scan(SQUARE, true, 1), ScanPrior(Pose2(4.0, 5.0, 1.0), SURE, 0.0, 0.0))
-    matched = localizer.take_matched()
+    matched = localizer.matched.take()
     assert matched is not None
     _, kinds = points_of(matched)
     assert (kinds == THROUGH).sum() > 0
