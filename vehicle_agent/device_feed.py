@@ -26,6 +26,7 @@ from vehicle_agent.signals import (
     HmiOutput,
     ImuSample,
     InboxBody,
+    LidarConditions,
     SeatButton,
     SeatSensor,
     TrackPercept,
@@ -42,6 +43,7 @@ DeviceValue = (
     | CodeTyped
     | DestinationChoice
     | TrackPercept
+    | LidarConditions
 )
 
 HOST = "127.0.0.1"

@@ -44,7 +44,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
         list_announcements
         get_service_trips get_timetable_version get_travel_times list_vehicles get_vehicle
         get_vehicle_shifts list_incidents get_segment list_runs
-        get_run get_run_scenes get_run_map get_run_marks get_run_onboard get_scene list_recordings
+        get_run get_run_scenes get_run_map get_run_marks get_run_onboard get_run_scans get_scene
+        list_recordings
         get_fleet_past get_fleet_positions get_service_figures
         get_driving_figures get_metrics list_webhooks list_maps list_localization_maps get_localization_map
         get_localization_manifest get_localization_tile export_map list_map_drafts get_map_draft

@@ -1,9 +1,11 @@
-"""How exactly lidars are calibrated: `python -m benchmarks.calibration [DIR] [--simulated N] [--json F]`.
+"""How exactly sensors are calibrated: `python -m benchmarks.calibration [DIR] [--simulated N] [--json F]`.
 
 --simulated N: random vehicles at random wall corners, scanned with real beams and noise, of whose poses
 nothing is given; a quarter stand where the poses cannot be determined (one wall, a street), which must be
 refused. DIR: real vehicles, a folder each (`campusloop workshop calibrate` says how); the residuals at the
 given poses and at ours, on the reference's own surfaces, and a thickness that is not optimised.
+--simulated-imu N: random vehicles with a lidar and an inertial unit on random drives, through the simulator's
+sensors; every sixth stands or goes straight, which must be refused.
 """
 
 import argparse
@@ -15,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.calibration.corner import View, simulated_rig
+from benchmarks.calibration.motion_rows import motion_row, motion_summary
 from benchmarks.reporting.report import Row, RunReport, Value
 from contract.geometry import Array
 from contract.transforms import apart
@@ -43,13 +46,17 @@ def main() -> None:
         ]
         rows += simulated
         summary |= _simulated_summary(simulated)
+    if arguments.simulated_imu:
+        drives = [motion_row(arguments.first_seed + number) for number in range(arguments.simulated_imu)]
+        rows += drives
+        summary |= motion_summary(drives)
     if arguments.folder is not None:
         real = [row for folder in _rig_folders(arguments.folder) for row in _real(folder)]
         rows += real
         summary |= _real_summary(real)
     plain = {
-        "folder": str(arguments.folder), "simulated": arguments.simulated, "first_seed": arguments.first_seed,
-        "cores_used": 1,
+        "folder": str(arguments.folder), "simulated": arguments.simulated,
+        "simulated_imu": arguments.simulated_imu, "first_seed": arguments.first_seed, "cores_used": 1,
     }  # fmt: skip
     report.write(arguments.json, "calibration", plain, rows, summary)
 
@@ -150,11 +157,12 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="benchmarks.calibration", description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path, help="of one vehicle, or with a folder for each")
     parser.add_argument("--simulated", type=int, default=0, help="random vehicles")
+    parser.add_argument("--simulated-imu", type=int, default=0, help="random drives with an inertial unit")
     parser.add_argument("--first-seed", type=int, default=1_000, help="of the first of them")
     parser.add_argument("--json", type=Path, help="where to write the report")
     arguments = parser.parse_args()
-    if not arguments.simulated and arguments.folder is None:
-        parser.error("give a folder of real scans, --simulated N, or both")
+    if not (arguments.simulated or arguments.simulated_imu) and arguments.folder is None:
+        parser.error("give a folder of real scans, --simulated N, or --simulated-imu N")
     return arguments
 
 

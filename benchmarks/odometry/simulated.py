@@ -108,11 +108,11 @@ def _block(loop: Loop, way: Array, rng: np.random.Generator) -> RoadMap:
     lane = Lane("loop", "road", points, _LANE_M, loop.speed_mps, False, ("loop",))
     centre = np.array([0.0, 0.5 * loop.width_m])
     half = 0.5 * np.array([loop.length_m, loop.width_m])
-    houses = _houses(centre, half - 7.0, rng, inside=True) + _houses(centre, half + 8.0, rng, inside=False)
-    return RoadMap("block", "Block", Origin(0.0, 0.0), (lane,), (), (), (), tuple(houses))
+    built = houses(centre, half - 7.0, rng, inside=True) + houses(centre, half + 8.0, rng, inside=False)
+    return RoadMap("block", "Block", Origin(0.0, 0.0), (lane,), (), (), (), tuple(built))
 
 
-def _houses(centre: Array, half: Array, rng: np.random.Generator, inside: bool) -> list[Building]:
+def houses(centre: Array, half: Array, rng: np.random.Generator, inside: bool) -> list[Building]:
     """Houses with gaps along the four sides of a rectangle, whose fronts are not quite in line."""
     found: list[Building] = []
     for side in range(4):

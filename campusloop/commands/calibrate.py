@@ -1,4 +1,4 @@
-"""`campusloop workshop calibrate`: where the lidars of a vehicle sit to each other."""
+"""`campusloop workshop calibrate`: where the lidars of a vehicle sit to each other, or its inertial unit."""
 
 import math
 from pathlib import Path
@@ -31,12 +31,27 @@ def calibrate_lidars(
             help="Folder with one file or folder of scans for each lidar, or a bag with their topics."
         ),
     ],
-    out: Annotated[Path, typer.Option(help="File to write the poses to (TOML); never overwritten.")] = Path(
-        "extrinsics.toml"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="File to write the poses to (TOML), never overwritten; extrinsics.toml or inertial.toml"
+            " without it."
+        ),
+    ] = None,
     reference: Annotated[
         str | None,
         typer.Option(help="Lidar whose frame the poses are in; without it the given or fullest one."),
+    ] = None,
+    inertial: Annotated[
+        str | None,
+        typer.Option(
+            help="Samples of an inertial unit (CSV or bag), or its topic in the bag of scans: its pose is"
+            " found from a drive."
+        ),
+    ] = None,
+    lever: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="With --inertial: where the unit is in the lidar's frame by tape: x y z, m."),
     ] = None,
     plots: Annotated[Path | None, typer.Option(help="Folder for plots (PNG).")] = None,
     scans_max: Annotated[
@@ -46,10 +61,15 @@ def calibrate_lidars(
     """Find the poses of several lidars from a scene that all see: the ground and a corner of two walls.
 
     The vehicle stands still. Given poses are read from extrinsics.toml beside the scans; they are only a
-    guess.
+    guess. With --inertial the vehicle drives bends to both sides, and the pose of its inertial unit and the
+    offset of the clocks are found.
     """
+    out = out or Path("extrinsics.toml" if inertial is None else "inertial.toml")
     if out.exists():
         _refuse(f"{out} exists; give another --out")
+    if inertial is not None:
+        _by_motion(scans, inertial, reference, lever, out, plots)
+        return
     try:
         rig = load_rig(scans, reference, scans_max)
         found = _calibrated(rig)
@@ -69,6 +89,22 @@ def calibrate_lidars(
         written += write_plots(rig, found, plots)
     for path in written:
         console.print(f"written: {path}", soft_wrap=True, highlight=False)
+
+
+def _by_motion(
+    scans: Path, inertial: str, lidar: str | None, lever_m: tuple[float, float, float] | None,
+    out: Path, plots: Path | None,
+) -> None:  # fmt: skip
+    from campusloop.commands.calibrate_motion import calibrate_by_motion
+
+    try:
+        calibrate_by_motion(scans, inertial, lidar, lever_m, out, plots)
+    except CloudFileError as error:
+        _refuse(str(error))
+    except CalibrationError as error:
+        _refuse(f"{error.code}: {error}")
+    except OSError as error:
+        _refuse(f"{out} cannot be written: {error.strerror or error}")
 
 
 def _calibrated(rig: Rig) -> Calibration:

@@ -6,6 +6,7 @@ from typing import Annotated, NoReturn
 import msgspec
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
@@ -40,6 +41,7 @@ def survey_laser(
     from campusloop.scenes.laser_survey import LaserSurvey, NoTour, campus_tour
 
     check_empty(out)
+    make_parent(out)
     ensure_kernels((*SIMULATOR, *WORKSHOP))
     try:
         vehicle, road_map = load_profile(profile), load_map(campus_map)
@@ -90,6 +92,15 @@ def check_empty(out: Path) -> None:
         _refuse(f"{out} is not empty; give another --out")
 
 
+def make_parent(out: Path) -> None:
+    """Before a long drive, not after it: ends the command if nothing can be written there."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        console.print(f"[red]{out} cannot be written: {error.strerror or error}[/red]", highlight=False)
+        raise typer.Exit(EXIT_NOT_WRITTEN) from error
+
+
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -5,10 +5,12 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.localizing import POINT_MAPS
+from campusloop.commands.site_maps import make_parent
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import CLOUD_MAPPING, SIMULATOR
 from campusloop.shipped import DEFAULT_MAP
@@ -46,6 +48,7 @@ def survey(
         out = out or POINT_MAPS / road_map.campus_id
         if out.exists() and any(out.iterdir() if out.is_dir() else (out,)):
             _refuse(f"{out} is not empty; remove it, or give another --out")
+        make_parent(out)
         ensure_kernels((*SIMULATOR, *CLOUD_MAPPING))
         ids = [stop_id.strip() for stop_id in stops.split(",") if stop_id.strip()]
         drive = SurveyDrive(road_map, ids or [stop.stop_id for stop in road_map.stops], scene_seed, seed)
@@ -71,5 +74,5 @@ def survey(
 
 
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -31,6 +31,7 @@ GROUPS = {
         Group("scan_map", "vehicle_agent.localization.scan_map.warm:warm_scan_map"),
         Group("planar_map", "vehicle_agent.localization.planar_map.warm:warm_planar_map"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
+        Group("motion_calibration", "workshop.motion_calibration.warm:warm_kernels"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),
         Group("bookings", "server.dispatch.warm:warm_bookings"),
         Group("fleet_size", "server.dispatch.engine.warm:warm_fleet_size"),
@@ -41,6 +42,7 @@ SERVER = ("search", "bookings")
 SIMULATOR = ("simulator",)
 WORKSHOP = ("laser_mapping",)
 CLOUD_MAPPING = ("odometry", "cloud_mapping")
+MOTION_CALIBRATION = ("odometry", "motion_calibration")
 
 
 def for_vehicle(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:

@@ -119,6 +119,8 @@ class SurveyDrive:
 
 def _way(road_map: RoadMap, stop_ids: Sequence[str]) -> Array:
     """(n, 2) points of the drive, a quarter of a metre apart."""
+    if not road_map.resting_places:
+        raise NoWay(f"{road_map.name} has no resting place to begin at.")
     network, rest = RoadNetwork(road_map), road_map.resting_places[0]
     stops = {stop.stop_id: (stop.lane_id, stop.s_m) for stop in road_map.stops}
     unknown = [stop_id for stop_id in stop_ids if stop_id not in stops]

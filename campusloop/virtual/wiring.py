@@ -15,6 +15,7 @@ import numpy as np
 
 from campusloop.virtual.conductor import STEP_NS
 from contract.roads.model import RoadMap
+from contract.runlog.matched_scans import MatchedScan
 from simulator.world import SimWorld
 from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
@@ -24,6 +25,7 @@ from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
+from vehicle_agent.runtime.processes.localization_process import MATCHED_SOURCE
 from vehicle_agent.signals import (
     CanFrame,
     InboxBody,
@@ -106,15 +108,15 @@ class WiredLocalization:
     def __init__(self, worker: LocalizationWorker) -> None:
         self._worker = worker
         self._scan: PointCloud | None = None
-        self._due: deque[tuple[int, ScanAnswer]] = deque()
+        self._due: deque[tuple[int, ScanAnswer | MatchedScan]] = deque()
         self._busy_until_ns = 0
         self.cpu_ms: list[float] = []
 
     def see(self, points_base: np.ndarray, stamp_ns: int) -> None:
         self._scan = point_cloud(stamp_ns, points_base)
 
-    def due(self, now_ns: int) -> list[ScanAnswer]:
-        """The answers that have arrived."""
+    def due(self, now_ns: int) -> list[ScanAnswer | MatchedScan]:
+        """The answers that have arrived, and scans for the run log."""
         found = []
         while self._due and self._due[0][0] <= now_ns:
             found.append(self._due.popleft()[1])
@@ -136,6 +138,9 @@ class WiredLocalization:
         )
         if answer is not None:
             self._due.append((self._busy_until_ns, answer))
+            matched = self._worker.take_matched()
+            if matched is not None:
+                self._due.append((self._busy_until_ns, matched))
 
 
 class WiredVehicle:
@@ -230,7 +235,8 @@ class WiredVehicle:
         while self._plans and self._plans[0][0] <= now_ns:
             self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
         for answer in () if self.localization is None else self.localization.due(now_ns):
-            self._deliver("localization", answer, now_ns, input_filter)
+            source = MATCHED_SOURCE if isinstance(answer, MatchedScan) else "localization"
+            self._deliver(source, answer, now_ns, input_filter)
         outputs = self._tick(self.computer, now_ns)
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
         if self.localization is not None:

@@ -24,6 +24,7 @@ SCENE_TOPIC = "/scene"
 MAP_TOPIC = "/map"
 MARK_TOPIC = "/mark"
 ONBOARD_TOPIC = "/onboard"
+SCAN_TOPIC = "/localization/scan"
 
 STATE_ATTACHMENT = "onboard_state.msgpack"
 MAP_ATTACHMENT = "road_map.json.zst"

@@ -23,6 +23,7 @@ from contract.runlog.records import (
     POSE_TOPIC,
     PROFILE_ATTACHMENT,
     REPORT_TOPIC,
+    SCAN_TOPIC,
     SCENE_TOPIC,
     STATE_ATTACHMENT,
     TICK_TOPIC,
@@ -48,7 +49,7 @@ JSON_TOPICS = {
 def register_json_channels(writer: Writer) -> dict[str, int]:
     """The channels that viewers draw or show, all but the ticks, by topic."""
     channels: dict[str, int] = {}
-    for topic in (REPORT_TOPIC, EVENT_TOPIC, ONBOARD_TOPIC):
+    for topic in (REPORT_TOPIC, EVENT_TOPIC, ONBOARD_TOPIC, SCAN_TOPIC):
         schema = writer.register_schema(
             f"campusloop{topic.replace('/', '.')}", "jsonschema", b'{"type":"object"}'
         )

@@ -88,6 +88,9 @@ FaultCode = Literal[
     "path_stale",
     "tracks_not_finite",
     "lidar_blind",
+    "lidar_silent",
+    "lidar_unusable",
+    "lidar_moved",
     "command_not_finite",
     # the computer
     "clock_went_back",

@@ -37,9 +37,12 @@ Headlights = Literal["off", "low", "high"]
 
 
 class FaultReport(msgspec.Struct, frozen=True):
+    """A fault. detail: which device it is about, by the vehicle's own names; "" where the code says it."""
+
     code: FaultCode
     severity: FaultSeverity
     since_ns: StampNs
+    detail: ShortText = ""
 
 
 class TrackReport(msgspec.Struct, frozen=True, array_like=True):

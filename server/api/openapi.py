@@ -17,6 +17,7 @@ from server.domain.record.statistics import DrivingFigures, ServiceFigures
 from server.live.onboard_scenes import ShownScene
 from server.live.past import FleetPast, FleetPositions
 from server.live.recorded_onboard import OnboardMoment
+from server.live.recorded_scans import ScanMoment
 from server.live.scene import Delta, Scene, Snapshot
 
 DESCRIPTION = """Book rides, follow them, run the fleet.
@@ -95,6 +96,7 @@ def _live_schemas() -> dict[str, Any]:
             FleetPast,
             FleetPositions,
             OnboardMoment,
+            ScanMoment,
             ShownScene,
             ServiceFigures,
             DrivingFigures,

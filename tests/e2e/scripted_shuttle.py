@@ -18,6 +18,8 @@ from contract.wire.messages import (
     CommandDone,
     DoorsChanged,
     DriveMode,
+    FaultRaised,
+    FaultReport,
     Grants,
     ModeChanged,
     Order,
@@ -138,6 +140,12 @@ class ScriptedShuttle:
     def stop_with_fault(self, code: FaultCode) -> None:
         """As a guard does that sees a fault: it stands until an operator resumes it."""
         self._loop.call_soon_threadsafe(self._latch, code)
+
+    def name_lidar(self, code: FaultCode, lidar: str, *, cleared: bool = False) -> None:
+        """As an agent does whose lidar process says that something is wrong with one; it drives on."""
+        self._loop.call_soon_threadsafe(
+            self._events.append, FaultRaised(FaultReport(code, "warning", 0, lidar), cleared)
+        )
 
     def _latch(self, code: FaultCode) -> None:
         self._mode = "minimal_risk"

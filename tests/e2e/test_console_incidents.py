@@ -8,6 +8,7 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import OpenPage
 from tests.e2e.operator import sign_in
+from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
 from tests.e2e.test_console_rides import book, look
 
@@ -78,6 +79,19 @@ def test_incidents_are_grouped_by_kind_and_by_shuttle(
     page.get_by_role("button", name="By shuttle").click()
     expect(page.locator("[data-group='shuttle-1'] article")).to_have_count(2)
     close_all(server)
+
+
+def test_a_moved_lidar_is_named_with_what_to_do(
+    open_page: OpenPage, server: ServerProcess, shuttle: ScriptedShuttle
+) -> None:
+    close_all(server)
+    page = console(open_page, server, "incidents")
+    shuttle.name_lidar("lidar_moved", "front_left")
+    card = page.locator("article[data-kind='vehicle_fault']")
+    expect(card).to_contain_text("Lidar front_left looks moved.")
+    expect(card.locator(".incident-action")).to_contain_text("have it calibrated again")
+    shuttle.name_lidar("lidar_moved", "front_left", cleared=True)
+    expect(card).to_have_count(0)
 
 
 def test_one_announcement_goes_to_all_shuttles(

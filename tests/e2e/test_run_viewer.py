@@ -1,5 +1,6 @@
 """`campusloop view`: the replay of a folder of run logs, at once and without a password."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -25,7 +26,15 @@ READY_WITHIN_S = 60.0
 def viewer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The origin of a viewer of one run."""
     folder = tmp_path_factory.mktemp("runs")
-    record_run(folder / "0000.mcap", "shuttle-7", "boot-7", RoadNetwork(load_map(CAMPUS_MAP)), 40)
+    record_run(
+        folder / "0000.mcap",
+        "shuttle-7",
+        "boot-7",
+        RoadNetwork(load_map(CAMPUS_MAP)),
+        40,
+        doubts_at_s=30,
+        scans=True,
+    )
     port = free_port()
     command = [sys.executable, "-m", "campusloop", "view", str(folder), "--port", str(port)]
     with (folder / "view.log").open("wb") as journal:
@@ -54,8 +63,37 @@ def test_the_root_is_the_replay_and_asks_for_no_password(viewer: str, browser: B
     expect(page.get_by_role("button", name="Play")).to_be_visible()
     expect(page.locator(".led")).to_contain_text("second 0")
     expect(page.get_by_label("Password")).to_have_count(0)
+    # Three quarters of the way it knew its place.
+    row = page.get_by_role("img", name="scans agree with the map 7")
+    expect(row).to_have_accessible_name(re.compile(r"in doubt, drives slowly 2\d %"))
+    expect(row.locator(".phase-doubtful")).to_have_attribute("d", re.compile("v-8h1v8z"))
     page.reload()
     expect(page.get_by_role("button", name="Play")).to_be_visible()
+    context.close()
+
+
+def test_a_scan_is_laid_over_the_map_when_it_is_asked_for(viewer: str, browser: Browser) -> None:
+    context = browser.new_context(locale="en-GB")
+    page = context.new_page()
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url) if "/scans?" in request.url else None)
+    page.goto(viewer)
+    block = page.get_by_role("region", name="Scan against the point map")
+    expect(block.get_by_role("button", name="Show the scan")).to_be_visible()
+    expect(page.locator(".led")).to_contain_text("second 0")
+    assert asked == []
+    block.get_by_role("button", name="Show the scan").click()
+    # The first scan comes after a second.
+    expect(block).to_contain_text("no scan at this moment")
+    page.get_by_label("Time in the run").evaluate(
+        "(range) => { range.value = Number(range.min) + 10000;"
+        " range.dispatchEvent(new Event('input', { bubbles: true })); }"
+    )
+    expect(block).to_contain_text("on the map: 75 %")
+    expect(block).to_contain_text("not in the map: 25 %")
+    assert len(asked) >= 1
+    block.get_by_role("button", name="Hide the scan").click()
+    expect(block).not_to_contain_text("75 %")
     context.close()
 
 

@@ -3,12 +3,17 @@
 import math
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 
 from campusloop.virtual.solo_drive import VEHICLE_ID, SoloDrive
 from contract.roads.load import load_map
 from contract.roads.model import RoadMap
+from contract.runlog.indexed import messages_of
+from contract.runlog.matched_scans import AGREES, MatchedScan, points_of
 from contract.runlog.reader import open_segment
+from contract.runlog.records import SCAN_TOPIC
 from tests.scenarios.wall_map import write_wall_map
 from tests.server.feeds.roads.shipped import CAMPUS_MAP
 from vehicle_agent.config import Profile
@@ -71,3 +76,9 @@ def test_it_drives_on_by_its_scans_when_gnss_falls_silent_and_replays_exactly(
     result = replay_segment(segment, build_car)
     assert result.difference is None
     assert result.ticks > 800
+    scans = [msgspec.json.decode(one.data, type=MatchedScan) for one in messages_of(segment, (SCAN_TOPIC,))]
+    # The worker answers a little late, so one a second may be one less.
+    assert 14 <= len(scans) <= 17
+    shares = [np.mean(points_of(scan)[1] == AGREES) for scan in scans]
+    # This map has walls only, so that the road is new to it.
+    assert np.median(shares) > 0.3

@@ -21,6 +21,8 @@ from workshop.laser_mapping.pose_graph import GraphParams
 from workshop.laser_mapping.refinement import RefinementParams
 from workshop.scan_maps.alignment import AlignmentParams
 from workshop.scan_maps.comparison import ComparisonParams
+from workshop.motion_calibration.adjustment import LeverPrior, UnitPrior
+from workshop.motion_calibration.calibrate import MotionParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
     "workshop.md": (LoopParams, RefinementParams, GraphParams, OccupancyParams),
@@ -35,6 +37,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     ),
     "workshop/scan-maps.md": (ComparisonParams, AlignmentParams),
     "workshop/calibration.md": (PlaneSearch, Prior, CalibrationParams),
+    "workshop/motion-calibration.md": (MotionParams, UnitPrior, LeverPrior),
 }
 
 

@@ -50,7 +50,7 @@ def current_faults(
         # A room may have reported the same code as a warning; a fault that stops the vehicle counts.
         known = found.get(code)
         if known is None or (severity == "stop" and known.severity != "stop"):
-            found[code] = Fault(code, severity, since_ns)
+            found[code] = Fault(code, severity, since_ns, "" if known is None else known.detail)
 
     inputs: tuple[tuple[FaultCode, FaultCode, int, int], ...] = (
         ("motion_missing", "motion_stale", ages.motion_ns, limits.motion_ns),
@@ -90,7 +90,9 @@ def with_start_times(
     """The faults in order of their codes; one that was there before keeps its start time."""
     known = {fault.code: fault.since_ns for fault in before}
     return tuple(
-        Fault(code, found[code].severity, known.get(code) or found[code].since_ns or now_ns)
+        Fault(
+            code, found[code].severity, known.get(code) or found[code].since_ns or now_ns, found[code].detail
+        )
         for code in sorted(found)
     )
 
@@ -101,19 +103,19 @@ def fault_events(
     """(faults reported by now, events for what was raised or cleared).
 
     While the vehicle is held or driven manually, a fault is reported only after report_after_ns: inputs that
-    are still missing at boot raise no event at once.
+    are still missing at boot raise no event at once. A fault of other devices than before is another one.
     """
-    known = {fault.code for fault in reported}
+    known = {(fault.code, fault.detail) for fault in reported}
     raised = tuple(
         fault
         for fault in faults
-        if fault.code not in known
+        if (fault.code, fault.detail) not in known
         and fault.severity != "info"
         and (mode not in ("held", "manual") or now_ns - fault.since_ns > report_after_ns)
     )
-    active = {fault.code for fault in faults}
-    cleared = tuple(fault for fault in reported if fault.code not in active)
-    kept = tuple(fault for fault in reported if fault.code in active)
+    active = {(fault.code, fault.detail) for fault in faults}
+    cleared = tuple(fault for fault in reported if (fault.code, fault.detail) not in active)
+    kept = tuple(fault for fault in reported if (fault.code, fault.detail) in active)
     events = tuple(FaultRaised(fault_report(fault)) for fault in raised)
     return kept + raised, events + tuple(FaultRaised(fault_report(fault), True) for fault in cleared)
 

@@ -10,6 +10,7 @@ from typing import Protocol
 import msgspec
 
 from contract.geometry import compose, inverse
+from contract.runlog.matched_scans import MatchedScan
 from vehicle_agent.signals import LocalizationJob, ScanAnswer, ScanUnplaced
 from vehicle_agent.signals.point_cloud import PointCloud
 from vehicle_agent.signals.pose_history import pose_at
@@ -30,6 +31,10 @@ class ScanMatcher(Protocol):
         """
         ...
 
+    def take_matched(self) -> MatchedScan | None:
+        """A scan for the run log, if one is due; each is given once."""
+        ...
+
 
 class NoMap:
     """The matcher of a vehicle that waits for its map: every scan is unplaced, and GNSS goes on alone."""
@@ -37,6 +42,10 @@ class NoMap:
     def step(self, cloud: PointCloud, job: LocalizationJob) -> ScanAnswer:
         del job
         return ScanUnplaced(cloud.stamp_ns, "no_map")
+
+    def take_matched(self) -> MatchedScan | None:
+        """None: there is no map that a scan could lie on."""
+        return None
 
 
 class LocalizationWorker:
@@ -63,6 +72,10 @@ class LocalizationWorker:
         """None: no job says where the vehicle was then."""
         job = self._job_at(cloud.stamp_ns)
         return None if job is None else self._matcher.step(cloud, job)
+
+    def take_matched(self) -> MatchedScan | None:
+        """A scan for the run log, if one is due; each is given once."""
+        return self._matcher.take_matched()
 
     def _job_at(self, stamp_ns: int) -> LocalizationJob | None:
         """What the newest job says of that moment."""

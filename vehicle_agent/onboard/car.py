@@ -17,6 +17,7 @@ from vehicle_agent.signals import (
     ControlCommand,
     Detections,
     Ego,
+    Fault,
     GuardStatus,
     HmiOutput,
     Infrastructure,
@@ -25,7 +26,7 @@ from vehicle_agent.signals import (
     MissionMessage,
     Navigation,
     Path,
-    Percept,
+    PerceptionInput,
     PlanAnswer,
     PlanJob,
     Task,
@@ -59,7 +60,12 @@ class Localization(Protocol[State]):
 
 class Perception(Protocol[State]):
     def initial(self) -> State: ...
-    def step(self, state: State, percepts: tuple[Percept, ...], ego: Ego) -> tuple[Detections, State]: ...
+    def step(
+        self, state: State, percepts: tuple[PerceptionInput, ...], ego: Ego
+    ) -> tuple[Detections, State]: ...
+    def faults(self, state: State, now_ns: int) -> tuple[Fault, ...]:
+        """What is wrong with single lidars, as their driver says."""
+        ...
 
 
 class WorldModel(Protocol[State]):

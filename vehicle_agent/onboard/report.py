@@ -10,6 +10,7 @@ from vehicle_agent.signals import (
     ControlCommand,
     Detections,
     Ego,
+    Fault,
     GuardStatus,
     HmiOutput,
     Path,
@@ -29,11 +30,13 @@ def ages(now_ns: int, motion: VehicleMotion, ego: Ego, detections: Detections, p
     )
 
 
-def with_faults(motion: VehicleMotion, command: ControlCommand) -> VehicleMotion:
-    """What the vehicle reports with what control finds wrong with it: the guard judges both alike."""
-    if not command.faults:
+def with_faults(
+    motion: VehicleMotion, command: ControlCommand, of_lidars: tuple[Fault, ...]
+) -> VehicleMotion:
+    """What the vehicle reports with what control and perception find wrong: the guard judges all alike."""
+    if not command.faults and not of_lidars:
         return motion
-    return msgspec.structs.replace(motion, faults=(*motion.faults, *command.faults))
+    return msgspec.structs.replace(motion, faults=(*motion.faults, *command.faults, *of_lidars))
 
 
 def _age(now_ns: int, stamp_ns: int) -> int:

@@ -21,7 +21,7 @@ def tick(state: OnboardState, inputs: Inputs, car: Car) -> tuple[OnboardState, O
     )
     path, pln = car.planning.step(state.planning, ego, world, task, inputs.plans)
     command, ctl = car.control.step(state.control, ego, path, motion)
-    judged = with_faults(motion, command)
+    judged = with_faults(motion, command, car.perception.faults(per, now))
     actuation, guard_status, grd = car.guard.step(
         state.guard, command, judged, ego, world, task, path, ages(now, motion, ego, detections, path)
     )

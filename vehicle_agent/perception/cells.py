@@ -6,7 +6,15 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, Pose2, inverse, transform_points
-from vehicle_agent.signals import Detections, Ego, ObstaclePercept, Percept
+from vehicle_agent.perception.lidar_faults import NO_CONDITIONS, lidar_faults, newest_conditions
+from vehicle_agent.signals import (
+    Detections,
+    Ego,
+    Fault,
+    LidarConditions,
+    ObstaclePercept,
+    PerceptionInput,
+)
 from vehicle_agent.signals.pose_history import PoseHistory, pose_at
 
 
@@ -14,12 +22,14 @@ class CellsState(msgspec.Struct, frozen=True):
     """What perception remembers: recent poses, the last detections, and cells in the blind zone.
 
     hidden_map (n, 2), hidden_ns (n,)  cells in the blind zone, and when each was last detected
+    lidars                             what the lidars' driver said last
     """
 
     poses: PoseHistory
     detections: Detections
     hidden_map: np.ndarray
     hidden_ns: np.ndarray
+    lidars: LidarConditions = NO_CONDITIONS
 
 
 class HeightMapPerception(msgspec.Struct, frozen=True):
@@ -57,14 +67,14 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         return below_m / math.tan(-self.ring_rad_min) + self.blind_margin_m
 
     def step(
-        self, state: CellsState, percepts: tuple[Percept, ...], ego: Ego
+        self, state: CellsState, percepts: tuple[PerceptionInput, ...], ego: Ego
     ) -> tuple[Detections, CellsState]:
         """The obstacles now: the cells of the newest scan, and the remembered cells of the blind zone."""
         poses = (*state.poses, (ego.stamp_ns, ego.pose_map))
         oldest_ns = ego.stamp_ns - self.history_ns
         if poses[0][0] < oldest_ns:
             poses = tuple(entry for entry in poses if entry[0] >= oldest_ns)
-        state = msgspec.structs.replace(state, poses=poses)
+        state = msgspec.structs.replace(state, poses=poses, lidars=newest_conditions(state.lidars, percepts))
         scans = [percept for percept in percepts if isinstance(percept, ObstaclePercept)]
         newer = [scan for scan in scans if scan.stamp_ns > state.detections.stamp_ns]
         if not newer:
@@ -88,7 +98,13 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
             transform_points(inverse(pose_map), hidden_map), 2.0 * self.blind_margin_m
         )
         detections = Detections(percept.stamp_ns, points_map, False)
-        return detections, CellsState(state.poses, detections, hidden_map[in_zone], hidden_ns[in_zone])
+        return detections, CellsState(
+            state.poses, detections, hidden_map[in_zone], hidden_ns[in_zone], state.lidars
+        )
+
+    def faults(self, state: CellsState, now_ns: int) -> tuple[Fault, ...]:
+        """What is wrong with single lidars, as their driver says."""
+        return lidar_faults(state.lidars, now_ns)
 
     def _still_hidden(self, state: CellsState, pose_map: Pose2, new_map: Array, now_ns: int) -> np.ndarray:
         """(n,) True for cells still in the blind zone, not too old, and without a newer cell nearby."""

@@ -5,7 +5,7 @@ import msgspec
 from vehicle_agent.perception.cells import CellsState, HeightMapPerception
 from vehicle_agent.perception.own_cells import outside_tracks
 from vehicle_agent.perception.tracker import AlphaBetaTracker, TrackerState
-from vehicle_agent.signals import Detections, Ego, Percept, TrackPercept
+from vehicle_agent.signals import Detections, Ego, Fault, PerceptionInput, TrackPercept
 from vehicle_agent.signals.pose_history import pose_at
 
 
@@ -35,7 +35,7 @@ class TrackingPerception(msgspec.Struct, frozen=True):
         return TracksState(cells_state, TrackerState(), cells_state.detections)
 
     def step(
-        self, state: TracksState, percepts: tuple[Percept, ...], ego: Ego
+        self, state: TracksState, percepts: tuple[PerceptionInput, ...], ego: Ego
     ) -> tuple[Detections, TracksState]:
         """The detections, with the stamp of the older source; the same object until either is newer."""
         cells, cells_state = self.cells.step(state.cells_state, percepts, ego)
@@ -60,6 +60,10 @@ class TrackingPerception(msgspec.Struct, frozen=True):
             stamp_ns, cells.points_map, cells.blind and self.has_lidar, tracker_state.tracks
         )
         return detections, TracksState(cells_state, tracker_state, detections)
+
+    def faults(self, state: TracksState, now_ns: int) -> tuple[Fault, ...]:
+        """What is wrong with single lidars, as their driver says."""
+        return self.cells.faults(state.cells_state, now_ns)
 
     def _without_tracked_cells(self, cells_state: CellsState, tracker_state: TrackerState) -> CellsState:
         tracks = tracker_state.tracks

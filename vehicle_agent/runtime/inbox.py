@@ -15,6 +15,7 @@ from vehicle_agent.signals import (
     InboxBody,
     InboxItem,
     Inputs,
+    LidarConditions,
     LinkState,
     Navigation,
     ObstaclePercept,
@@ -84,7 +85,9 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
         stamp_ns=stamp_ns,
         frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
         navigation=tuple(body for body in map(_told_to_localization, bodies) if isinstance(body, Navigation)),
-        percepts=tuple(body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept)),
+        percepts=tuple(
+            body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept | LidarConditions)
+        ),
         plans=tuple(body for body in bodies if isinstance(body, PlanAnswer)),
         infrastructure=tuple(body for body in bodies if isinstance(body, FleetVehicle | PedestrianPresence)),
         messages=tuple(body for body in bodies if isinstance(body, Order | Grants | Command | PassengerTap)),

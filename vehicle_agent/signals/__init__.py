@@ -34,6 +34,8 @@ from vehicle_agent.signals.arriving import (
     GnssFix,
     HelpButton,
     ImuSample,
+    LidarCondition,
+    LidarConditions,
     LinkState,
     ObstaclePercept,
     PedestrianPresence,
@@ -53,6 +55,7 @@ from vehicle_agent.signals.inbox import (
     MissionMessage,
     Navigation,
     Percept,
+    PerceptionInput,
     ScanAnswer,
 )
 from vehicle_agent.signals.localizing import LocalizationJob, PoseHint, takes_hints
@@ -130,6 +133,8 @@ __all__ = [
     "Infrastructure",
     "Inputs",
     "LeadVehicle",
+    "LidarCondition",
+    "LidarConditions",
     "LinkMessage",
     "LinkState",
     "LocalizationJob",
@@ -142,6 +147,7 @@ __all__ = [
     "PathLimit",
     "PedestrianPresence",
     "Percept",
+    "PerceptionInput",
     "PlanAnswer",
     "PlanJob",
     "PlanMemory",

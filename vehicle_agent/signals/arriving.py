@@ -84,6 +84,27 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     points_used: int
 
 
+class LidarCondition(msgspec.Struct, frozen=True):
+    """What is wrong with one lidar, from its driver.
+
+    name         as in the vehicle's `sensors.toml`
+    state        "silent": no packets; "unusable": turns that cannot be used; "moved": the road says that it
+                 is not where it was calibrated, while its points are used all the same
+    is_required  without it the vehicle is blind
+    """
+
+    name: str
+    state: Literal["silent", "unusable", "moved"]
+    is_required: bool = True
+
+
+class LidarConditions(msgspec.Struct, frozen=True, tag="lidar_conditions"):
+    """All lidars with which something is wrong, once a second and when it changes; none: all are well."""
+
+    stamp_ns: int
+    lidars: tuple[LidarCondition, ...] = ()
+
+
 class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
     """The tracked road users of one scan, from a tracker.
 

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from contract.runlog.matched_scans import MatchedScan
 from contract.wire.messages import Command, Grants, Order, PassengerTap
 from vehicle_agent.signals.arriving import (
     CanFrame,
@@ -12,6 +13,7 @@ from vehicle_agent.signals.arriving import (
     GnssFix,
     HelpButton,
     ImuSample,
+    LidarConditions,
     LinkState,
     ObstaclePercept,
     PedestrianPresence,
@@ -29,6 +31,8 @@ ScanAnswer = ScanPose | ScanUnplaced
 Navigation = GnssFix | ImuSample | ScanPose | ScanUnplaced | PoseHint
 MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
+# What the tick's perception reads; the gate has its own ears for percepts.
+PerceptionInput = Percept | LidarConditions
 # What the link delivers to the tick.
 LinkMessage = MissionMessage | LinkState | FleetVehicle | PedestrianPresence
 CabinEvent = SeatButton | HelpButton | CodeTyped | DestinationChoice | SeatSensor | DoorState
@@ -41,6 +45,8 @@ InboxBody = (
     | ScanUnplaced
     | ObstaclePercept
     | TrackPercept
+    | LidarConditions
+    | MatchedScan
     | PlanAnswer
     | SeatButton
     | HelpButton
@@ -73,7 +79,7 @@ class Inputs(msgspec.Struct, frozen=True):
     stamp_ns: int
     frames: tuple[CanFrame, ...] = ()
     navigation: tuple[Navigation, ...] = ()
-    percepts: tuple[Percept, ...] = ()
+    percepts: tuple[PerceptionInput, ...] = ()
     plans: tuple[PlanAnswer, ...] = ()
     infrastructure: tuple[Infrastructure, ...] = ()
     messages: tuple[MissionMessage, ...] = ()

@@ -10,11 +10,12 @@ from contract.wire.reasons import FaultCode, FaultSeverity, LocalizationPhase
 
 
 class Fault(msgspec.Struct, frozen=True):
-    """A fault; one of severity `stop` ends in a minimal-risk stop."""
+    """A fault; one of severity `stop` ends in a minimal-risk stop. detail: names of the devices, or ""."""
 
     code: FaultCode
     severity: FaultSeverity
     since_ns: int
+    detail: str = ""
 
 
 ReportedGear = Literal["park", "reverse", "neutral", "drive", "low"]
@@ -80,4 +81,4 @@ class Ego(msgspec.Struct, frozen=True):
 
 def fault_report(fault: Fault) -> FaultReport:
     """A fault as the server reads it."""
-    return FaultReport(fault.code, fault.severity, fault.since_ns)
+    return FaultReport(fault.code, fault.severity, fault.since_ns, fault.detail)

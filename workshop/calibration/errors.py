@@ -1,4 +1,4 @@
-"""Why lidars cannot be calibrated with these scans."""
+"""Why sensors cannot be calibrated with these recordings."""
 
 from typing import Literal
 
@@ -10,6 +10,12 @@ CalibrationCode = Literal[
     "ambiguous",
     "degenerate",
     "bad_extrinsics",
+    "too_few_scans",
+    "too_few_samples",
+    "bad_samples",
+    "no_common_time",
+    "no_motion",
+    "no_turns",
 ]
 
 
@@ -23,6 +29,15 @@ class CalibrationError(Exception):
     ambiguous        two poses fit alike
     degenerate       what the lidars see in common leaves a direction open, as a street without ends does
     bad_extrinsics   the file of given poses cannot be read
+
+    By motion also:
+    ambiguous        the clocks fit at two offsets alike
+    degenerate       the drive leaves the rotation or the clocks' offset open
+    too_few_scans    of a drive, or between its gaps
+    too_few_samples  of the inertial unit; bad_samples: they are not finite, or not in m/s2 with gravity
+    no_common_time   scans and samples have little time in common, or do not turn at the same moments
+    no_motion        the vehicle stands
+    no_turns         it goes straight
     """
 
     def __init__(self, code: CalibrationCode, detail: str) -> None:

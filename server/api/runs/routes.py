@@ -27,6 +27,7 @@ from server.domain.record.runs import Run
 from server.domain.rides.rides import Ride
 from server.live.recorded import OrderKey, Report, recorded_network, recorded_reports, recorded_scenes
 from server.live.recorded_onboard import recorded_onboard
+from server.live.recorded_scans import recorded_scans
 from server.usecases.fleet import campus
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
@@ -35,6 +36,8 @@ router = APIRouter(prefix="/runs", tags=["runs"])
 
 FRAMES_MAX = 3000
 ONBOARD_S_MAX = 30
+# Of 2,000 points each.
+SCANS_S_MAX = 10
 
 
 @router.get("", operation_id="list_runs", responses=paged(*READER_REFUSALS))
@@ -135,6 +138,40 @@ async def get_run_onboard(
 
     def work() -> bytes:
         return msgspec.json.encode(recorded_onboard(paths, from_ms, from_ms + 1000 * seconds))
+
+    return Response(await services.offload.run(work), media_type="application/json")
+
+
+@router.get(
+    "/{vehicle_id}/{boot_id}/scans",
+    operation_id="get_run_scans",
+    response_class=Response,
+    responses=problems(RunUnknown, SegmentStoreUnavailable, *READER_REFUSALS)
+    | {
+        200: {
+            "description": "In order of time, one a second. Empty for a vehicle that compares no scans.",
+            "content": {
+                "application/json": {
+                    "schema": {"type": "array", "items": {"$ref": "#/components/schemas/ScanMoment"}}
+                }
+            },
+        }
+    },
+)
+async def get_run_scans(
+    vehicle_id: VehicleId,
+    boot_id: BootId,
+    services: InjectedServices,
+    _: Reader,
+    from_ms: Annotated[int, Query(ge=0, le=1 << 43, description="Unix time")],
+    seconds: Annotated[int, Query(ge=1, le=SCANS_S_MAX)] = 2,
+) -> Response:
+    """Lidar scans as the vehicle compared them with its point map, thinned: which points lie on the map."""
+    run = await _find_run(services, vehicle_id, boot_id)
+    paths = await _kept(services, run)
+
+    def work() -> bytes:
+        return msgspec.json.encode(recorded_scans(paths, from_ms, from_ms + 1000 * seconds))
 
     return Response(await services.offload.run(work), media_type="application/json")
 

@@ -12,6 +12,7 @@ from contract.wire.messages import (
     SeatButtonPressed,
     TapAnswered,
 )
+from contract.wire.reasons import FaultCode
 from server.domain.fleet.vehicles import Vehicle
 from server.domain.record.incidents import IncidentKind
 from server.usecases.orders import sections
@@ -27,6 +28,10 @@ _INCIDENT_OF_MODE: dict[DriveMode, IncidentKind] = {
     "minimal_risk": IncidentKind.MINIMAL_RISK_STOP,
     "fault": IncidentKind.VEHICLE_FAULT,
 }
+# Warnings that do not go away by themselves: the vehicle drives on with less than it has.
+_FOR_A_TECHNICIAN: frozenset[FaultCode] = frozenset({"lidar_silent", "lidar_unusable", "lidar_moved"})
+# Characters of the devices' names: an incident's subject has 200 in all.
+_DEVICES_MAX = 80
 
 
 def mode_changed(uow: UnitOfWork, vehicle: Vehicle, event: ModeChanged) -> None:
@@ -74,20 +79,25 @@ def blocked(uow: UnitOfWork, vehicle: Vehicle, event: Blocked) -> None:
 
 
 def fault_raised(uow: UnitOfWork, vehicle: Vehicle, event: FaultRaised) -> None:
-    """A fault that stops the vehicle is an incident; lesser ones are noted."""
+    """A fault that stops the vehicle is an incident, and so is a lidar that needs a technician.
+
+    Lesser ones are noted.
+    """
     fault, vehicle_id = event.fault, vehicle.vehicle_id
+    devices = fault.detail[:_DEVICES_MAX]
+    cause = f"{fault.code} ({devices})" if devices else fault.code
     record_event(
         uow,
         "vehicle.fault_cleared" if event.cleared else "vehicle.fault_raised",
         vehicle_id,
         vehicle_id,
-        fault.code,
+        cause,
     )
-    subject = f"{vehicle_id}/{fault.code}"
+    subject = f"{vehicle_id}/{fault.code}" + (f"/{devices}" if devices else "")
     if event.cleared:
         clear_incident(uow, IncidentKind.VEHICLE_FAULT, subject)
-    elif fault.severity == "stop":
-        open_incident(uow, IncidentKind.VEHICLE_FAULT, subject, fault.code, vehicle_id=vehicle_id)
+    elif fault.severity == "stop" or fault.code in _FOR_A_TECHNICIAN:
+        open_incident(uow, IncidentKind.VEHICLE_FAULT, subject, cause, vehicle_id=vehicle_id)
 
 
 def seat_button(uow: UnitOfWork, vehicle: Vehicle, event: SeatButtonPressed) -> None:

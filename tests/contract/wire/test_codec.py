@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 from contract.wire.codec import MAX_MESSAGE_BYTES, WireError, decode_from_server, decode_from_vehicle, encode
 from contract.wire.events import EventLogState
 from contract.wire.infrastructure import PresenceReport
-from contract.wire.messages import ClockProbe, Message, ServerMessage, VehicleEvent, VehicleMessage
+from contract.wire.messages import (
+    ClockProbe,
+    FaultReport,
+    Message,
+    ServerMessage,
+    VehicleEvent,
+    VehicleMessage,
+)
 
 VEHICLE_KINDS: tuple[type[Message], ...] = typing.get_args(VehicleMessage)
 SERVER_KINDS: tuple[type[Message], ...] = typing.get_args(ServerMessage)
@@ -209,3 +216,13 @@ def test_no_bytes_raise_anything_else(data: bytes) -> None:
     for decode in (decode_from_vehicle, decode_from_server):
         with contextlib.suppress(WireError):
             decode(data)
+
+
+def test_a_fault_names_its_device_and_one_of_an_older_vehicle_names_none() -> None:
+    text = b'{"code":"lidar_moved","severity":"warning","since_ns":5,"detail":"front_left"}'  # as sent now
+    assert msgspec.json.decode(text, type=FaultReport) == FaultReport(
+        "lidar_moved", "warning", 5, "front_left"
+    )
+    older = msgspec.json.decode(b'{"code":"lidar_blind","severity":"stop","since_ns":5}', type=FaultReport)
+    assert older.detail == ""
+    assert b'"detail":"roof"' in msgspec.json.encode(FaultReport("lidar_blind", "stop", 5, "roof"))

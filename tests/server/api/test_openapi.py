@@ -38,6 +38,7 @@ BOUNDED_LISTS = {
     "get_run_scenes",
     "get_run_marks",
     "get_run_onboard",
+    "get_run_scans",
 }
 BOUNDED = settings(
     max_examples=3,

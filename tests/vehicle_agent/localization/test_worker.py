@@ -25,6 +25,9 @@ class Asked:
         self.jobs.append(job)
         return ScanUnplaced(cloud.stamp_ns, "too_little")
 
+    def take_matched(self) -> None:
+        return None
+
 
 def odom_at(stamp_ns: int, speed_mps: float, turn_radps: float) -> Pose2:
     """On a circle, or straight ahead."""

@@ -6,10 +6,12 @@ import msgspec
 import numpy as np
 
 from campusloop.scenes.path_map import path_map
+from contract.geometry import Pose2
 from contract.roads.load import encode_map
-from contract.runlog.indexed import marks
+from contract.runlog.indexed import marks, messages_of
+from contract.runlog.matched_scans import AGREES, MatchedScan, matched_scan
 from contract.runlog.reader import ticks
-from contract.runlog.records import RunHeader
+from contract.runlog.records import SCAN_TOPIC, RunHeader
 from contract.wire.messages import Command, CommandDone
 from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
@@ -17,7 +19,7 @@ from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
 from vehicle_agent.runtime.replay import replay_segment
-from vehicle_agent.signals import InboxItem, LinkState
+from vehicle_agent.signals import InboxBody, InboxItem, LidarCondition, LidarConditions, LinkState
 from vehicle_agent.stacks.choice import build_car
 
 UTC_OFFSET_NS = 1_800_000_000_000_000_000
@@ -42,7 +44,7 @@ class RecordedVehicle:
         self.done: list[CommandDone] = []
         self.hear(LinkState(0, True, 1, UTC_OFFSET_NS))
 
-    def hear(self, *bodies: Command | LinkState, ticks: int = 1) -> None:
+    def hear(self, *bodies: InboxBody, ticks: int = 1) -> None:
         for number in range(ticks):
             self.now_ns += TICK_NS
             items = [InboxItem(self.now_ns, "link", k, body) for k, body in enumerate(bodies)]
@@ -101,3 +103,19 @@ def test_a_scene_that_was_asked_for_long_ago_is_refused_with_the_reason(tmp_path
     vehicle.hear(command("show_scene", "", 2, UTC_OFFSET_NS - 11_000_000_000))
     assert [answer.done for answer in vehicle.done] == [True, False]
     assert "ask again" in vehicle.done[1].detail
+
+
+def test_a_matched_scan_has_a_topic_of_its_own_and_the_replay_does_without_it(tmp_path: Path) -> None:
+    vehicle = RecordedVehicle(tmp_path)
+    vehicle.hear(ticks=3)
+    scan = matched_scan(9, Pose2(1.0, 2.0, 0.1), 0.9, np.array([[3.0, 4.0]]), np.array([AGREES]))
+    vehicle.hear(LidarConditions(vehicle.now_ns, (LidarCondition("roof", "moved"),)), scan, ticks=3)
+    vehicle.files.close()
+    (segment,) = segments(tmp_path)
+    (message,) = messages_of(segment, (SCAN_TOPIC,))
+    assert msgspec.json.decode(message.data, type=MatchedScan) == scan
+    assert message.log_ns == UTC_OFFSET_NS + 5 * TICK_NS
+    tapes = [bytes(record.items) for record in ticks(segment)]
+    assert not any(b"matched_scan" in tape for tape in tapes)
+    assert sum(b"lidar_conditions" in tape for tape in tapes) == 1
+    assert replay_segment(segment, build_car).difference is None

@@ -11,7 +11,7 @@ from numba.core.registry import CPUDispatcher
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap
 from contract.runlog.arrays import enc_hook
-from contract.wire.messages import RiderAlighted, RiderBoarded, VisitChanged
+from contract.wire.messages import FaultRaised, RiderAlighted, RiderBoarded, VisitChanged
 from simulator.ecus.safety_driver import SafetyDriver
 from simulator.riders import Rider
 from simulator.world import WorldOptions
@@ -20,7 +20,7 @@ from tests.vehicle_agent.mission.ring import ring
 from vehicle_agent.config import Driving, Profile
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.runtime.recording.snapshot import decode_state, encode_state
-from vehicle_agent.signals import FleetVehicle
+from vehicle_agent.signals import FleetVehicle, LidarCondition, LidarConditions
 from vehicle_agent.stacks import warm
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=enc_hook)
@@ -136,6 +136,28 @@ def lost(shuttle: DrivenShuttle) -> OnboardState:
 def test_either_obstacle_rule_reaches_the_stop_on_an_empty_road(obstacles: str) -> None:
     shuttle = a_shuttle(Profile(driving=Driving(obstacles=obstacles)))  # type: ignore[arg-type]
     assert shuttle.run(60, lambda s: s.state.mission.memory.under_way == "on")
+
+
+def test_a_moved_lidar_is_named_in_status_and_event_and_the_shuttle_drives_on() -> None:
+    shuttle = a_shuttle()
+    shuttle.run(10)
+    moved = (LidarCondition("front_left", "moved"),)
+    shuttle.say(LidarConditions(shuttle.now_ns, moved))
+    shuttle.run(1)
+    assert shuttle.outputs is not None
+    faults = [(fault.code, fault.detail) for fault in shuttle.outputs.report.faults]
+    assert faults == [("lidar_moved", "front_left")]
+    assert shuttle.outputs.report.mode == "autonomous"
+    # The memory of it is part of the state from which a segment is replayed.
+    restored = decode_state(encode_state(shuttle.state), shuttle.car)
+    assert _encoder.encode(restored) == _encoder.encode(shuttle.state)
+    shuttle.say(LidarConditions(shuttle.now_ns))
+    shuttle.run(1)
+    assert shuttle.outputs.report.faults == ()
+    told = [event for _, event in shuttle.events if isinstance(event, FaultRaised)]
+    assert [(event.fault.detail, event.cleared) for event in told] == [
+        ("front_left", False), ("front_left", True),
+    ]  # fmt: skip
 
 
 def test_warm_kernels_leave_nothing_to_compile_for_a_drive() -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from contract.geometry import Array, Pose2
+from contract.runlog.matched_scans import MatchedScan
 from vehicle_agent.localization.planar_map.field_window import OccupancyTiles
 from vehicle_agent.localization.planar_map.localizer import PlanarLocalizer, PlanarLocalizerParams
 from vehicle_agent.signals import LocalizationJob, ScanAnswer
@@ -25,6 +26,10 @@ class PlanarMatcher:
         """See `ScanMatcher`."""
         scan = laser_scan(cloud.stamp_ns, cloud.points_sensor, self._laser, self._step_rad)
         return self.localizer.step(scan, job)
+
+    def take_matched(self) -> MatchedScan | None:
+        """See `ScanMatcher`. Planar scans are not kept: particles agree with many poses at once."""
+        return None
 
 
 def laser_scan(stamp_ns: int, points_base: Array, T_base_laser: Pose2, step_rad: float) -> LaserScan:

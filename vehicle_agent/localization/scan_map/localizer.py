@@ -13,6 +13,7 @@ from contract.geometry import Array, Pose2, wrap_angle
 from contract.point_map.tiles import Surfels, no_surfels
 from vehicle_agent.localization.odometry.motion import deskewed, inverted
 from vehicle_agent.localization.odometry.voxel_map import first_of_voxels
+from vehicle_agent.localization.scan_map.matched_scans import MatchedScans
 from vehicle_agent.localization.scan_map.matching import Match, MatchParams, in_plane, match_scan
 from vehicle_agent.localization.scan_map.rays import beams_through
 from vehicle_agent.localization.scan_map.search import likely_poses
@@ -84,7 +85,10 @@ class LocalizerParams(msgspec.Struct, frozen=True):
 
 
 class ScanLocalizer:
-    """One vehicle's worker. Deterministic; it keeps the map around it, and the last height and lean."""
+    """One vehicle's worker. Deterministic; it keeps the map around it, and the last height and lean.
+
+    matched  scans that it has placed, for run logs
+    """
 
     def __init__(
         self, tiles: TileSource, tile_m: float, voxel_m: float, T_base_sensor: Array,
@@ -98,6 +102,7 @@ class ScanLocalizer:
         self._index: SurfelIndex = index_surfels(no_surfels(), voxel_m)
         self._lean: Array = np.eye(3)
         self._height_m: float | None = None
+        self.matched = MatchedScans()
 
     @property
     def has_map(self) -> bool:
@@ -114,14 +119,17 @@ class ScanLocalizer:
         if prior.is_lost:
             found = self._searched(points, above, pose)
             if found is not None:
-                return self._scan_pose(
-                    cloud.stamp_ns, found, self._through(points, above, found), searched=True
-                )
+                through = self._through(points, above, found)
+                placed = self._scan_pose(cloud.stamp_ns, found, through, searched=True)
+                self.matched.add(placed, points, found, self._index, params.match)
+                return placed
         matching = params.match
         if self._is_near(prior):
             matching = msgspec.structs.replace(matching, kernel_m=matching.kernel_m[-1:])
         match = match_scan(points, above, self._index, self._guess(pose), self._information(prior), matching)
-        return self._scan_pose(cloud.stamp_ns, match, self._through(points, above, match), searched=False)
+        placed = self._scan_pose(cloud.stamp_ns, match, self._through(points, above, match), searched=False)
+        self.matched.add(placed, points, match, self._index, params.match)
+        return placed
 
     def _is_near(self, prior: ScanPrior) -> bool:
         """Whether the prior is so sure that points at 20 m are where they seem to be."""

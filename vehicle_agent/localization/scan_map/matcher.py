@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from contract.runlog.matched_scans import MatchedScan
 from vehicle_agent.localization.scan_map.localizer import (
     LocalizerParams,
     ScanLocalizer,
@@ -36,3 +37,7 @@ class SurfaceMatcher:
         if found is not None:
             return found
         return ScanUnplaced(cloud.stamp_ns, "too_little" if self._localizer.has_map else "no_map")
+
+    def take_matched(self) -> MatchedScan | None:
+        """See `ScanMatcher`."""
+        return self._localizer.matched.take()

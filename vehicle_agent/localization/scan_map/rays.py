@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, IntArray
+from contract.runlog.matched_scans import AGREES, NEW, THROUGH
 from vehicle_agent.localization.odometry.voxel_map import Array32, packed, slot_of
 from vehicle_agent.localization.scan_map.surfel_index import nearest_element
 
@@ -49,6 +50,37 @@ def beams_through(
             ray[axis] /= length_m
         count += _has_wall(origin, ray, length_m - _APART_M, voxel_m, keys, elements)
     return count
+
+
+@njit(cache=True)
+def point_kinds(
+    points: Array, pose: Array, voxel_m: float, keys: IntArray, elements: Array32, reach_m: float,
+    inlier_m: float,
+) -> IntArray:  # fmt: skip
+    """(n,) of each point (n, 3), sensor frame: on the map, on something new, or behind a wall of the map.
+
+    pose (4, 4) T_map_sensor. The numbers are those of `contract.runlog.matched_scans`.
+    """
+    kinds = np.empty(points.shape[0], np.int64)
+    origin, ray = np.empty(3), np.empty(3)
+    for axis in range(3):
+        origin[axis] = pose[axis, 3]
+    for i in range(points.shape[0]):
+        for axis in range(3):
+            ray[axis] = (
+                pose[axis, 0] * points[i, 0] + pose[axis, 1] * points[i, 1] + pose[axis, 2] * points[i, 2]
+            )
+        x, y, z = origin[0] + ray[0], origin[1] + ray[1], origin[2] + ray[2]
+        at = nearest_element(x, y, z, voxel_m, keys, elements, reach_m * reach_m)
+        if at >= 0 and _is_on(x, y, z, elements[at], inlier_m):
+            kinds[i] = AGREES
+            continue
+        length_m = math.sqrt(ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2])
+        for axis in range(3):
+            ray[axis] /= length_m
+        is_through = _has_wall(origin, ray, length_m - _APART_M, voxel_m, keys, elements)
+        kinds[i] = THROUGH if is_through else NEW
+    return kinds
 
 
 @njit(cache=True)

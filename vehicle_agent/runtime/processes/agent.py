@@ -138,7 +138,9 @@ def run_lidars(place: AgentPlace) -> None:
     vehicle, settings = files.vehicle(), files.sensors()
     assert settings is not None, "only vehicles with a sensors.toml have this process"
     with closing(place.clock.open(f"lidars {vehicle.vehicle_id}")) as clock:
-        LidarProcess(settings.lidars, Path(vehicle.scan_ring), vehicle.scans_port, clock).run()
+        LidarProcess(
+            settings.lidars, Path(vehicle.scan_ring), vehicle.scans_port, vehicle.values_port, clock
+        ).run()
 
 
 def run_receivers(place: AgentPlace) -> None:

@@ -4,16 +4,18 @@ import math
 import signal
 from pathlib import Path
 from types import FrameType
+from typing import Literal
 
 import structlog
 
-from vehicle_agent.device_feed import DatagramPort, ScanRing
+from vehicle_agent.device_feed import DatagramPort, DeviceValues, ScanRing
 from vehicle_agent.lidar.mount_watch import MountDrift
-from vehicle_agent.lidar.rig import LidarRig, RigLidar, RigScan
+from vehicle_agent.lidar.rig import SILENT, LidarRig, RigLidar, RigScan
 from vehicle_agent.lidar.scans import ScanAssembler
 from vehicle_agent.runtime.devices.byte_sources import DatagramSource
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.sensors.sensors_file import PlacedLidar
+from vehicle_agent.signals import LidarCondition, LidarConditions
 
 log = structlog.get_logger()
 
@@ -21,16 +23,23 @@ WAIT_NS = 50_000_000
 GATHER_NS = 5_000_000
 # A sensor that sends nonsense is named once in so long.
 TELL_AGAIN_NS = 10_000_000_000
+STATE_EVERY_NS = 1_000_000_000
 
 
 class LidarProcess:
     """Assembles the turns of all lidars, and says which are missing and why."""
 
     def __init__(
-        self, lidars: tuple[PlacedLidar, ...], scan_ring: Path, scans_port: int, clock: Clock
+        self,
+        lidars: tuple[PlacedLidar, ...],
+        scan_ring: Path,
+        scans_port: int,
+        values_port: int,
+        clock: Clock,
     ) -> None:
-        """Raises ByteSourceError, DeviceFeedError."""
-        self._clock = clock
+        """values_port: of the tick. Raises ByteSourceError, DeviceFeedError."""
+        self._clock, self._values_port = clock, values_port
+        self._required = {one.name for one in lidars if one.is_required}
         self._rig = LidarRig([RigLidar(one.name, one.T_base_sensor, one.is_required) for one in lidars])
         self._inputs = [(one.name, DatagramSource(one.port), ScanAssembler(one.model)) for one in lidars]
         self._whole: set[str] = set()
@@ -43,6 +52,8 @@ class LidarProcess:
         self._missing: dict[str, str] = {}
         self._moved: dict[str, MountDrift] = {}
         self._told: dict[str, tuple[int, dict[str, int]]] = {}
+        self._stated: tuple[LidarCondition, ...] = ()
+        self._stated_ns: int | None = None
         self._stopping = False
 
     def run(self) -> None:
@@ -70,6 +81,7 @@ class LidarProcess:
                 self._whole.add(name)
             self._tell_refused(name, assembler.refused, now_ns)
         self._give(self._rig.silence(now_ns))
+        self._state_conditions(now_ns)
 
     def _give(self, scan: RigScan | None) -> None:
         if scan is None:
@@ -86,6 +98,20 @@ class LidarProcess:
             log.info("lidar.back", name=name)
         self._missing = scan.missing
         self._tell_moved(scan.drifts)
+
+    def _state_conditions(self, now_ns: int) -> None:
+        """To the tick: which lidars are missing or have moved, at once when that changes."""
+        states: dict[str, Literal["silent", "unusable", "moved"]] = dict.fromkeys(self._moved, "moved")
+        for name, code in self._missing.items():
+            states[name] = "silent" if code == SILENT else "unusable"
+        conditions = tuple(
+            LidarCondition(name, state, name in self._required) for name, state in sorted(states.items())
+        )
+        is_due = self._stated_ns is None or now_ns - self._stated_ns >= STATE_EVERY_NS
+        if conditions == self._stated and not is_due:
+            return
+        self._port.send(self._values_port, DeviceValues((LidarConditions(now_ns, conditions),)))
+        self._stated, self._stated_ns = conditions, now_ns
 
     def _tell_moved(self, drifts: dict[str, MountDrift]) -> None:
         for name, drift in drifts.items():

@@ -30,6 +30,8 @@ log = structlog.get_logger()
 WAIT_NS = 500_000_000
 # What the room, the log and the inbox call the worker.
 SOURCE = "localization"
+# For the run log alone.
+MATCHED_SOURCE = "matched scans"
 
 
 class NewScans:
@@ -114,8 +116,11 @@ class LocalizationProcess:
         cloud = self._scans.take(ready)
         answer = None if cloud is None or not len(cloud) else self._worker.answer(cloud)
         if answer is not None:
-            delivery = Delivery(self._clock.now_ns(), SOURCE, answer)
-            self._mailbox.post(self._mail / "tick", Deliveries((delivery,)))
+            now_ns, matched = self._clock.now_ns(), self._worker.take_matched()
+            deliveries = [Delivery(now_ns, SOURCE, answer)]
+            if matched is not None:
+                deliveries.append(Delivery(now_ns, MATCHED_SOURCE, matched))
+            self._mailbox.post(self._mail / "tick", Deliveries(tuple(deliveries)))
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:
         self._stopping = True

@@ -15,6 +15,7 @@ import numpy as np
 from contract.roads.model import ObservationArea
 from contract.runlog import foxglove
 from contract.runlog.arrays import enc_hook
+from contract.runlog.matched_scans import MatchedScan
 from contract.runlog.records import (
     EVENT_TOPIC,
     LOCATION_TOPIC,
@@ -23,6 +24,7 @@ from contract.runlog.records import (
     ONBOARD_TOPIC,
     POSE_TOPIC,
     REPORT_TOPIC,
+    SCAN_TOPIC,
     SCENE_TOPIC,
     TICK_TOPIC,
     TRANSFORM_TOPIC,
@@ -133,7 +135,8 @@ class Recorder:
             before.tick,
             stamp_ns,
             late_ns,
-            msgspec.Raw(self._items.encode(items)),
+            # No room reads these: a replay needs them as little as the rooms do.
+            msgspec.Raw(self._items.encode([one for one in items if not isinstance(one.body, MatchedScan)])),
             self._flow.encode(outputs),
         )
         entries.append(LogEntry(TICK_TOPIC, stamp_ns, self._records.encode(record)))
@@ -169,6 +172,8 @@ class Recorder:
         """The entries for viewers, at 5 and 10 Hz."""
         flow, utc_ns = outputs.flow, stamp_ns + utc_offset_ns
         entries = [LogEntry(EVENT_TOPIC, stamp_ns, msgspec.json.encode(event)) for event in outputs.events]
+        scans = [item.body for item in items if isinstance(item.body, MatchedScan)]
+        entries += [LogEntry(SCAN_TOPIC, stamp_ns, msgspec.json.encode(scan)) for scan in scans]
         if self._ticks % REPORT_EVERY_TICKS == 0 or outputs.events:
             entries.append(LogEntry(REPORT_TOPIC, stamp_ns, encode(report_with_driving_view(outputs))))
         if self._ticks % REPORT_EVERY_TICKS == 0:

@@ -182,6 +182,11 @@ def test_a_visit_that_was_skipped_out_of_reach_gives_its_riders_to_another_shutt
             FaultRaised(FaultReport("lidar_blind", "stop", 0), cleared=True),
             IncidentKind.VEHICLE_FAULT,
         ),
+        (
+            FaultRaised(FaultReport("lidar_moved", "warning", 0, "front_left")),
+            FaultRaised(FaultReport("lidar_moved", "warning", 0, "front_left"), cleared=True),
+            IncidentKind.VEHICLE_FAULT,
+        ),
     ],
 )
 def test_a_condition_opens_one_incident_and_its_end_closes_it(
@@ -193,6 +198,17 @@ def test_a_condition_opens_one_incident_and_its_end_closes_it(
     assert [i.kind for i in fleet.campus.read(lambda uow: uow.views.incidents())] == [kind]
     shuttle.say(cleared)  # type: ignore[arg-type]
     assert kinds(fleet.campus) == set()
+
+
+def test_an_incident_names_the_lidar_and_another_lidar_is_another_incident(fleet: FakeFleet) -> None:
+    shuttle = fleet.shuttles[0]
+    shuttle.say(FaultRaised(FaultReport("lidar_moved", "warning", 0, "left")))
+    shuttle.say(FaultRaised(FaultReport("lidar_moved", "warning", 0, "left, right")))
+    shuttle.say(FaultRaised(FaultReport("lidar_moved", "warning", 0, "left"), cleared=True))
+    # A name that is too long for a subject, from a vehicle that does not keep to the agreement.
+    shuttle.say(FaultRaised(FaultReport("lidar_silent", "warning", 0, "x" * 200)))
+    causes = [incident.cause for incident in fleet.campus.read(lambda uow: uow.views.incidents())]
+    assert sorted(causes) == ["lidar_moved (left, right)", f"lidar_silent ({'x' * 80})"]
 
 
 def test_a_held_vehicle_gets_no_rides_and_keeps_its_riders(driven_fleet: FakeFleet) -> None:

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Pose2
+from contract.runlog.matched_scans import AGREES, NEW, THROUGH, points_of
 from tests.vehicle_agent.localization.scan_map.places import (
     CORRIDOR,
     MOUNT,
@@ -71,6 +72,41 @@ def test_an_open_field_a_blind_scan_and_a_place_without_a_map_say_nothing() -> N
     assert a_localizer().step(blind, ScanPrior(true, SURE, 0.0, 0.0)) is None
     away = Pose2(900.0, 900.0, 0.0)
     assert a_localizer().step(a_scan(SQUARE, true, 1), ScanPrior(away, SURE, 0.0, 0.0)) is None
+
+
+def test_once_a_second_a_scan_is_kept_for_the_run_log_with_what_its_points_say() -> None:
+    true, localizer = Pose2(0.0, 1.0, 0.2), a_localizer()
+    assert localizer.matched.take() is None
+    scan = a_scan(SQUARE, true, 1)
+    # Something new, 4 m away where the map has nothing above the road.
+    thing = np.random.default_rng(2).uniform([3.5, -0.5, -1.5], [4.5, 0.5, -0.5], (200, 3))
+    points = np.vstack((scan.points_sensor, thing))
+    given = []
+    for stamp_ns in (0, 400_000_000, 999_000_000, 1_000_000_000):
+        localizer.step(point_cloud(stamp_ns, points), ScanPrior(true, SURE, 0.0, 0.0))
+        given.append(localizer.matched.take())
+        assert localizer.matched.take() is None
+    first, last = given[0], given[-1]
+    assert given[1:3] == [None, None]
+    assert first is not None
+    assert last is not None
+    found, kinds = points_of(first)
+    assert (kinds == AGREES).mean() > 0.8
+    assert (kinds == NEW).sum() >= 1
+    x_m = 4.0 + MOUNT[0, 3]
+    is_thing = np.hypot(*(found - [x_m * math.cos(0.2), 1.0 + x_m * math.sin(0.2)]).T) < 0.6
+    assert (kinds[is_thing] == NEW).mean() > 0.5
+
+
+def test_from_a_wrong_place_beams_end_beyond_walls_of_the_map() -> None:
+    true = Pose2(0.0, 1.0, 0.2)
+    localizer = a_localizer()
+    localizer.step(a_scan(SQUARE, true, 1), ScanPrior(Pose2(4.0, 5.0, 1.0), SURE, 0.0, 0.0))
+    matched = localizer.matched.take()
+    assert matched is not None
+    _, kinds = points_of(matched)
+    assert (kinds == THROUGH).sum() > 0
+    assert (kinds == AGREES).mean() < 0.8
 
 
 def test_a_wrong_place_agrees_less() -> None:

@@ -8,12 +8,13 @@ import pytest
 
 from contract.transforms import transform_of
 from tests.vehicle_agent.lidar.packet_bytes import square_room, velodyne_packets
-from vehicle_agent.device_feed import DatagramPort, ScanReady, ScanRing
+from vehicle_agent.device_feed import DatagramPort, DeviceValues, ScanReady, ScanRing
 from vehicle_agent.lidar.models import VLP16
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.processes import lidar_process
 from vehicle_agent.runtime.processes.lidar_process import LidarProcess
 from vehicle_agent.runtime.sensors.sensors_file import PlacedLidar
+from vehicle_agent.signals import LidarCondition, LidarConditions
 
 HOST = "127.0.0.1"
 ROOF = transform_of(0.0, 0.0, 0.0, np.array([1.0, 0.0, 2.0]))
@@ -62,7 +63,7 @@ def free_port() -> int:
 def test_packets_become_a_scan_and_its_obstacles(tmp_path: Path) -> None:
     port, worker, time = free_port(), DatagramPort(), Time()
     lidar = PlacedLidar("roof", port, ROOF, None, True)
-    process = LidarProcess((lidar,), tmp_path / "scans", worker.port, time)
+    process = LidarProcess((lidar,), tmp_path / "scans", worker.port, worker.port, time)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sensor:
         for packet in PACKETS:
             sensor.sendto(packet, (HOST, port))
@@ -85,12 +86,17 @@ def test_a_lidar_that_falls_silent_makes_the_vehicle_blind_and_is_named(
 ) -> None:
     worker, time, said = DatagramPort(), Time(), Said(monkeypatch)
     process = LidarProcess(
-        (PlacedLidar("roof", free_port(), ROOF, None, True),), tmp_path / "scans", worker.port, time
+        (PlacedLidar("roof", free_port(), ROOF, None, True),),
+        tmp_path / "scans",
+        worker.port,
+        worker.port,
+        time,
     )
     for _ in range(10):
         process.step()
         time.ns += 50_000_000
-    announced = [datagram for datagram in worker.take() if isinstance(datagram, ScanReady)]
+    received = worker.take()
+    announced = [datagram for datagram in received if isinstance(datagram, ScanReady)]
     assert len(announced) == 1
     scan = ScanRing(tmp_path / "scans", create=False).read(announced[0])
     assert scan is not None
@@ -98,6 +104,13 @@ def test_a_lidar_that_falls_silent_makes_the_vehicle_blind_and_is_named(
     assert [
         (entry["name"], entry["code"]) for entry in said.entries if entry["event"] == "lidar.missing"
     ] == [("roof", "silent")]
+    stated = [item for one in received if isinstance(one, DeviceValues) for item in one.items]
+    assert isinstance(stated[0], LidarConditions)
+    assert stated[0].lidars == ()
+    assert isinstance(stated[-1], LidarConditions)
+    assert stated[-1].lidars == (LidarCondition("roof", "silent", is_required=True),)
+    # Once when it changes, and not with each step.
+    assert len(stated) == 2
 
 
 def test_packets_of_no_lidar_are_named_and_nothing_stops(
@@ -105,7 +118,7 @@ def test_packets_of_no_lidar_are_named_and_nothing_stops(
 ) -> None:
     port, worker, time, said = free_port(), DatagramPort(), Time(), Said(monkeypatch)
     process = LidarProcess(
-        (PlacedLidar("roof", port, ROOF, None, True),), tmp_path / "scans", worker.port, time
+        (PlacedLidar("roof", port, ROOF, None, True),), tmp_path / "scans", worker.port, worker.port, time
     )
     time.ns = 20_000_000_000
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sensor:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from contract.geometry import Pose2
+from contract.runlog.matched_scans import MatchedScan
 from tests.vehicle_agent.localization.scan_map.places import MOUNT, SQUARE, TILE_M, VOXEL_M, a_map, a_scan
 from vehicle_agent.device_feed import SLOTS, ScanRing
 from vehicle_agent.localization.scan_map.matcher import SurfaceMatcher
@@ -53,8 +54,11 @@ class Vehicle:
         self.tick.post(self.mail / "localization", LocalizationJobs((job,)))
         self.process.step()
 
-    def answers(self) -> list[object]:
+    def posted(self) -> list[object]:
         return [item.body for mail in self.tick.take() if isinstance(mail, Deliveries) for item in mail.items]
+
+    def answers(self) -> list[object]:
+        return [body for body in self.posted() if not isinstance(body, MatchedScan)]
 
 
 @pytest.fixture
@@ -91,6 +95,18 @@ def test_a_place_without_a_map_is_told(vehicle: Vehicle) -> None:
     vehicle.ask(95, Pose2(900.0, 900.0, 0.0))
     vehicle.ask(105, Pose2(900.0, 900.0, 0.0))
     assert vehicle.answers() == [ScanUnplaced(100, "no_map")]
+
+
+def test_once_a_second_the_tick_gets_a_scan_for_its_run_log(vehicle: Vehicle) -> None:
+    ring, kinds = vehicle.driver(), []
+    for number in range(1, 13):
+        stamp_ns = 100_000_000 * number
+        write(ring, number, stamp_ns)
+        vehicle.ask(stamp_ns + 1)
+        kinds += [type(body) for body in vehicle.posted()]
+    # Before the first job nothing tells where the vehicle was.
+    assert kinds.count(ScanPose) == 11
+    assert kinds.count(MatchedScan) == 2
 
 
 def test_a_driver_that_starts_again_is_followed(vehicle: Vehicle) -> None:

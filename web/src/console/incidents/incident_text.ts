@@ -2,6 +2,7 @@ import type { Schemas } from "../../shared/api/client";
 import { withNames } from "../texts/names";
 import type { ConsoleTexts } from "../texts/texts_en";
 import { texts } from "../texts/texts";
+import { lidarFault } from "./lidar_fault";
 
 type Incident = Schemas["IncidentView"];
 type FaultActions = ConsoleTexts["fault_actions"];
@@ -18,6 +19,11 @@ export interface IncidentText {
 export function incidentText({ kind, cause }: Incident): IncidentText {
   const t = texts.value;
   const codes = faultCodes(cause);
+  const fault = lidarFault(cause);
+  if (fault !== null) {
+    const { code, lidar } = fault;
+    return { cause: t.lidar_causes[code](lidar), action: t.lidar_actions[code](lidar), report: "" };
+  }
   if (kind === "help_call") {
     const said = /calls for help: (.*)$/s.exec(cause)?.[1] ?? cause;
     const message = said === "no message" ? t.incident_causes.help_call : `“${said}”`;

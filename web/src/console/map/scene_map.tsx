@@ -6,6 +6,7 @@ import { CampusMap } from "../../shared/map/campus_map";
 import { drivingLayer } from "../../shared/map/driving_layer";
 import type { MapContent, MapLayer } from "../../shared/map/map_content";
 import { pointsLayer } from "../../shared/map/points_layer";
+import { scanLayer } from "../../shared/map/scan_layer";
 import { prefersReducedMotion } from "../../shared/map/reduced_motion";
 import type { OnboardScene } from "../../shared/scene/onboard_scene";
 import type { Point, Scene } from "../../shared/scene/scene";
@@ -28,6 +29,8 @@ interface SceneMapProps {
   readonly geometry?: CampusGeometry;
   /** What one shuttle sees in detail. */
   readonly onboard?: OnboardScene | null;
+  /** A recorded scan beside the map that the shuttle compared it with. */
+  readonly scan?: Schemas["ScanMoment"] | null;
   /** A place that is being chosen: clicks then go to `onGround` and select no shuttle. */
   readonly choice?: PositionChoice | null;
   readonly onGround?: (at: Point) => void;
@@ -44,6 +47,7 @@ export function SceneMap({
   at_ms,
   geometry = campus.geometry,
   onboard = null,
+  scan = null,
   choice = null,
   onGround,
   onSelect,
@@ -59,7 +63,9 @@ export function SceneMap({
     interpolate: interpolate && !prefersReducedMotion.value,
     ...(scene === null
       ? {}
-      : { layer: sceneLayer(scene, at_ms ?? scene.at_ms, selected_vehicle, onboard, choice) }),
+      : {
+          layer: sceneLayer(scene, at_ms ?? scene.at_ms, selected_vehicle, onboard, scan, choice),
+        }),
   };
   const focus = useMemo<readonly Point[]>(
     () => geometry.lanes.flatMap((lane) => [lane.points[0]!, lane.points.at(-1)!]),
@@ -94,11 +100,14 @@ function sceneLayer(
   at_ms: number,
   selected_vehicle: string,
   onboard: OnboardScene | null,
+  scan: Schemas["ScanMoment"] | null,
   choice: PositionChoice | null,
 ): MapLayer {
   const driving = drivingLayer(scene, at_ms, selected_vehicle);
   const points = onboard === null ? null : pointsLayer(onboard);
+  const scanned = scan === null ? null : scanLayer(scan);
   return (...drawing) => {
+    scanned?.(...drawing);
     points?.(...drawing);
     driving(...drawing);
     const [context, camera, palette] = drawing;

@@ -43,7 +43,12 @@ test("a hard braking tells who brakes", () => {
   expect(who(driving("emergency"))).toBe("braking_by_planner");
   expect(who(driving("obstacle"))).toBe("braking_by_guard");
   expect(who({ mode: "manual" })).toBe("braking_by_driver");
-  const fault = { code: "gate_braking_footprint", severity: "stop", since_ns: 0 } as const;
+  const fault = {
+    code: "gate_braking_footprint",
+    severity: "stop",
+    since_ns: 0,
+    detail: "",
+  } as const;
   expect(who({ faults: [fault] })).toBe("braking_by_gate");
 });
 
@@ -54,7 +59,7 @@ test("the guard's stop for a contact is marked, however gently it brakes", () =>
 });
 
 test("a fault is marked when it comes, with its code", () => {
-  const fault = { code: "lidar_blind", severity: "stop", since_ns: 0 } as const;
+  const fault = { code: "lidar_blind", severity: "stop", since_ns: 0, detail: "" } as const;
   expect(kinds({}, { faults: [fault] }, { faults: [fault] }, {}, { faults: [fault] })).toEqual([
     [1000, "fault"],
     [4000, "fault"],

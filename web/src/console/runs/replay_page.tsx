@@ -13,9 +13,11 @@ import { formatDateTime } from "../texts/times";
 import { ConditionChip } from "../vehicles/condition_chip";
 import { VehicleStatus } from "../vehicles/vehicle_status";
 import { CopyLink } from "./copy_link";
+import { LocalizationRow } from "./localization_row";
 import { MarkList } from "./mark_list";
 import { RunFiles } from "./run_files";
 import { RunPlayer } from "./run_player";
+import { ScanBlock } from "./scan_block";
 import { Timeline } from "./timeline";
 
 const STEP_MS = 200;
@@ -52,6 +54,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           {...(player.geometry.value === null ? {} : { geometry: player.geometry.value })}
           scene={scene}
           onboard={player.onboard.value ?? null}
+          scan={player.scan.value ?? null}
           selected_vehicle={vehicle_id}
           interpolate={!clock.is_seek.value}
           onSelect={() => undefined}
@@ -63,6 +66,13 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
             end_ms={player.end_ms}
             marks={player.marks.value}
             step_ms={STEP_MS}
+            row={
+              <LocalizationRow
+                scenes={player.scenes.value}
+                start_ms={player.start_ms}
+                end_ms={player.end_ms}
+              />
+            }
           />
         )}
       </div>
@@ -92,6 +102,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           )}
         </section>
         {scene !== null && <OnboardBlock player={player} />}
+        {scene !== null && <ScanBlock player={player} />}
         {scene !== null && <MarkList marks={player.marks.value} clock={clock} />}
         <RunFiles vehicle_id={vehicle_id} boot_id={boot_id} />
       </aside>

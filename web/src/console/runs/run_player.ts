@@ -9,6 +9,7 @@ import { inOrderOfTime, marksOfOperators } from "./operator_marks";
 import { OnboardPieces, onboardOfRun } from "./onboard_pieces";
 import { sceneAt } from "./playback";
 import { PlaybackClock } from "./playback_clock";
+import { RunScans, scansOfRun } from "./run_scans";
 
 const SCENES_PER_REQUEST = 3000;
 const STEP_MS = 200;
@@ -38,6 +39,12 @@ export class RunPlayer {
     void this.pieces.arrived.value;
     return this.pieces.at(this.clock.at_ms.value);
   });
+  readonly scans: RunScans;
+  /** The scan of this moment beside the map; undefined while it is loaded or not asked for. */
+  readonly scan = computed(() => {
+    void this.scans.arrived.value;
+    return this.scans.shown.value ? this.scans.at(this.clock.at_ms.value) : undefined;
+  });
   private closed = false;
   private readonly stop: () => void;
 
@@ -48,9 +55,11 @@ export class RunPlayer {
     private waits_for_ms: number | null = null,
   ) {
     this.pieces = new OnboardPieces(onboardOfRun(vehicle_id, boot_id));
+    this.scans = new RunScans(scansOfRun(vehicle_id, boot_id));
     this.stop = effect(() => {
-      if (this.scenes.value.length > 0)
-        this.pieces.want(this.clock.at_ms.value, this.clock.playing.value);
+      if (this.scenes.value.length === 0) return;
+      this.pieces.want(this.clock.at_ms.value, this.clock.playing.value);
+      this.scans.want(this.clock.at_ms.value, this.clock.playing.value);
     });
     void this.loadMap();
     void this.loadMarks();
@@ -81,6 +90,7 @@ export class RunPlayer {
     this.closed = true;
     this.stop();
     this.pieces.close();
+    this.scans.close();
     this.clock.close();
   }
 

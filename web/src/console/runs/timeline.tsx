@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import { useId, useMemo } from "preact/hooks";
 import { NextIcon, PauseIcon, PlayIcon, PreviousIcon } from "../../shared/ui/icons";
 import { texts } from "../texts/texts";
@@ -12,12 +13,15 @@ interface TimelineProps {
   /** Oldest first. */
   readonly marks: readonly Mark[];
   readonly step_ms: number;
+  /** A row of its own below the marks. */
+  readonly row?: ComponentChildren;
   /** The operator has set the time. */
   readonly onSeek?: (at_ms: number) => void;
 }
 
 /** Play, speed and time of a replay, with what happened marked above the slider. */
-export function Timeline({ clock, start_ms, end_ms, marks, step_ms, onSeek }: TimelineProps) {
+export function Timeline(props: TimelineProps) {
+  const { clock, start_ms, end_ms, marks, step_ms, row, onSeek } = props;
   const t = texts.value;
   const id = useId();
   const is_playing = clock.playing.value;
@@ -64,6 +68,7 @@ export function Timeline({ clock, start_ms, end_ms, marks, step_ms, onSeek }: Ti
       <time>{formatTimeWithSeconds(at_ms)}</time>
       <div class="timeline-track">
         <MarkRows marks={marks} start_ms={start_ms} end_ms={end_ms} />
+        {row}
         <input
           type="range"
           aria-label={t.at_time}

@@ -11,6 +11,17 @@ export const replayEn = {
   play_speed: "Speed",
   replay: "Replay",
   replay_banner: "Replay",
+  scan_on_map: "Scan against the point map",
+  show_scan: "Show the scan",
+  hide_scan: "Hide the scan",
+  scan_loading: "Loading the scan…",
+  scan_missing: "The recording has no scan at this moment.",
+  scan_points: {
+    agrees: "on the map:",
+    new: "not in the map:",
+    through: "beyond a wall of the map:",
+  },
+  share_of_run: (what: string, percent: number) => `${what} ${percent} %`,
   speed_factor: (factor: number) => `${factor}×`,
 
   fleet_replay: "The fleet",

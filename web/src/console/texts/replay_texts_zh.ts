@@ -10,6 +10,17 @@ export const replayZh: typeof replayEn = {
   play_speed: "速度",
   replay: "回放",
   replay_banner: "回放",
+  scan_on_map: "扫描与点云地图对比",
+  show_scan: "显示扫描",
+  hide_scan: "隐藏扫描",
+  scan_loading: "正在加载扫描…",
+  scan_missing: "记录中没有此刻的扫描。",
+  scan_points: {
+    agrees: "与地图一致：",
+    new: "地图中没有：",
+    through: "穿过地图中的墙面：",
+  },
+  share_of_run: (what, percent) => `${what} ${percent}%`,
   speed_factor: (factor) => `${factor}×`,
 
   fleet_replay: "车队",

@@ -329,6 +329,9 @@ export const en = {
     path_stale: "path is late",
     tracks_not_finite: "tracks are not valid",
     lidar_blind: "lidar is blind",
+    lidar_silent: "lidar is silent",
+    lidar_unusable: "scans of the lidar cannot be used",
+    lidar_moved: "lidar looks moved",
     command_not_finite: "control command is not valid",
     steering_unlike_profile: "steering does not match the profile",
     pedals_unlike_profile: "brake or drive does not match the profile",
@@ -731,6 +734,22 @@ export const en = {
     ride_failed: "Help the passengers to another ride.",
     seat_button: "Ask the rider by an announcement what is the matter.",
   } satisfies Readonly<Record<IncidentKind, string>>,
+  fault_of: (fault: string, device: string) => `${fault} (${device})`,
+  lidar_causes: {
+    lidar_blind: (lidar: string) => `The shuttle is blind: it has no scan of lidar ${lidar}.`,
+    lidar_silent: (lidar: string) => `Lidar ${lidar} sends nothing.`,
+    lidar_unusable: (lidar: string) => `The scans of lidar ${lidar} cannot be used.`,
+    lidar_moved: (lidar: string) => `Lidar ${lidar} looks moved.`,
+  },
+  lidar_actions: {
+    lidar_blind: (lidar: string) =>
+      `Have power, cable and window of lidar ${lidar} checked. Resume the shuttle when the fault is gone.`,
+    lidar_silent: (lidar: string) => `Have power and cable of lidar ${lidar} checked.`,
+    lidar_unusable: (lidar: string) =>
+      `Have lidar ${lidar} cleaned. If the fault stays, have it replaced.`,
+    lidar_moved: (lidar: string) =>
+      `Have the mount of lidar ${lidar} checked, and have it calibrated again.`,
+  },
   fault_is: (faults: string) => `Fault: ${faults}.`,
   fault_actions: {
     gate: "The safety gate holds the brake. Check that the way is clear, then resume it. If the fault returns, recall the shuttle and have it checked.",

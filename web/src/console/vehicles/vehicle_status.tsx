@@ -1,3 +1,4 @@
+import type { Schemas } from "../../shared/api/client";
 import { modeOf, type Scene, type VehicleScene } from "../../shared/scene/scene";
 import type { Knowledge } from "../../shared/state/knowledge";
 import type { VehicleState } from "../../shared/state/vehicle_state";
@@ -64,12 +65,18 @@ export function VehicleStatus({ vehicle, scene, knowledge }: VehicleStatusProps)
         <div class="alert danger">
           <div>
             <strong>{t.faults}</strong>
-            <p>{status.faults.map((fault) => t.fault_codes[fault.code]).join(", ")}</p>
+            <p>{status.faults.map(faultText).join(", ")}</p>
           </div>
         </div>
       )}
     </>
   );
+}
+
+/** A fault by its code, and which device it is about if the shuttle says so. */
+function faultText({ code, detail }: Schemas["FaultReport"]): string {
+  const t = texts.value;
+  return detail ? t.fault_of(t.fault_codes[code], detail) : t.fault_codes[code];
 }
 
 /** A vehicle that does not measure its battery reports 0. */

@@ -2483,6 +2483,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{vehicle_id}/{boot_id}/scans": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Run Scans
+         * @description Lidar scans as the vehicle compared them with its point map, thinned: which points lie on the map.
+         */
+        get: operations["get_run_scans"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{vehicle_id}/{boot_id}/marks": {
         parameters: {
             query?: never;
@@ -4522,13 +4542,18 @@ export interface components {
             /** Made By */
             made_by: string;
         };
-        /** FaultReport */
+        /**
+         * FaultReport
+         * @description A fault. detail: which device it is about, by the vehicle's own names; "" where the code says it.
+         */
         FaultReport: {
             /** @enum {unknown} */
-            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "localization_silent" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
+            code: "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_frame_malformed" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "clock_went_back" | "command_not_finite" | "emergency_stop_pressed" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast" | "lidar_blind" | "lidar_moved" | "lidar_silent" | "lidar_unusable" | "localization_silent" | "motion_missing" | "motion_stale" | "path_missing" | "path_stale" | "pedals_unlike_profile" | "percept_missing" | "percept_stale" | "pose_jump" | "pose_missing" | "pose_not_finite" | "pose_poor" | "pose_stale" | "steering_unlike_profile" | "stop_button_fault" | "tick_late" | "tick_lost" | "tracks_not_finite";
             /** @enum {unknown} */
             severity: "info" | "stop" | "warning";
             since_ns: number;
+            /** @default  */
+            detail: string;
         };
         /** FaultView */
         FaultView: {
@@ -4536,7 +4561,7 @@ export interface components {
              * Code
              * @enum {string}
              */
-            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "localization_silent" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
+            code: "motion_missing" | "motion_stale" | "pose_missing" | "pose_stale" | "pose_poor" | "pose_jump" | "pose_not_finite" | "localization_silent" | "percept_missing" | "percept_stale" | "path_missing" | "path_stale" | "tracks_not_finite" | "lidar_blind" | "lidar_silent" | "lidar_unusable" | "lidar_moved" | "command_not_finite" | "clock_went_back" | "tick_late" | "tick_lost" | "by_wire_not_given" | "bywire_accelerator_fault" | "bywire_brake_fault" | "bywire_component_fault" | "bywire_fault" | "bywire_gear_mismatch" | "bywire_lost" | "bywire_lost_in_part" | "bywire_refuses_enable" | "bywire_shift_fault" | "bywire_signal_fault" | "bywire_speed_mismatch" | "bywire_steering_fault" | "bywire_timeout" | "bywire_wheel_mismatch" | "stop_button_fault" | "steering_unlike_profile" | "pedals_unlike_profile" | "emergency_stop_pressed" | "can_frame_malformed" | "can_accelerator_report_lost" | "can_brake_report_lost" | "can_component_report_lost" | "can_drive_report_lost" | "can_encoder_report_lost" | "can_global_report_lost" | "can_speed_report_lost" | "can_steering_report_lost" | "can_throttle_report_lost" | "gate_braking_clock_jumped" | "gate_braking_commands_refused" | "gate_braking_footprint" | "gate_braking_module_lost" | "gate_braking_steering_stuck" | "gate_braking_tick_late" | "gate_braking_too_fast";
             /**
              * Severity
              * @enum {string}
@@ -7110,6 +7135,23 @@ export interface components {
             map_version: string;
             /** Segments */
             segments: components["schemas"]["SegmentView"][];
+        };
+        /**
+         * ScanMoment
+         * @description One scan, map frame, metres.
+         *
+         *         agreement  share of the points above the road that lie on the map
+         *         agrees     x0, y0, x1, y1, ... of points on the map
+         *         new        of points on something that the map has not
+         *         through    of points beyond a wall of the map: something has gone, or the pose is wrong
+         */
+        ScanMoment: {
+            at_ms: number;
+            pose_map: components["schemas"]["Pose2"];
+            agreement: number;
+            agrees: number[];
+            new: number[];
+            through: number[];
         };
         /**
          * ScanRequestView
@@ -19928,6 +19970,87 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["OnboardMoment"][];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_run_scans: {
+        parameters: {
+            query: {
+                /** @description Unix time */
+                from_ms: number;
+                seconds?: number;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+                boot_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description In order of time, one a second. Empty for a vehicle that compares no scans. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ScanMoment"][];
                 };
             };
             /** @description Unauthorized */
