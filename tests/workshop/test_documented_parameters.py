@@ -19,10 +19,10 @@ from workshop.laser_mapping.loops import LoopParams
 from workshop.laser_mapping.occupancy import OccupancyParams
 from workshop.laser_mapping.pose_graph import GraphParams
 from workshop.laser_mapping.refinement import RefinementParams
-from workshop.scan_maps.alignment import AlignmentParams
-from workshop.scan_maps.comparison import ComparisonParams
 from workshop.motion_calibration.adjustment import LeverPrior, UnitPrior
 from workshop.motion_calibration.calibrate import MotionParams
+from workshop.scan_maps.alignment import AlignmentParams
+from workshop.scan_maps.comparison import ComparisonParams
 
 PAGES: dict[str, tuple[Any, ...]] = {
     "workshop.md": (LoopParams, RefinementParams, GraphParams, OccupancyParams),
