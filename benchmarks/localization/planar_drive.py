@@ -1,6 +1,6 @@
 """Localization with a planar laser along a way: the survey's map, this day's scans and their worker."""
 
-import math
+import dataclasses
 import time
 from collections import deque
 from dataclasses import dataclass
@@ -8,57 +8,50 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from benchmarks.localization.drive import (
-    IMU,
-    STEP_NS,
-    WHEEL_NOISE_MPS,
-    WHEEL_SCALE_STD,
-    WHEEL_STEP_MPS,
-    Conditions,
-    Drive,
-    is_outage,
+from benchmarks.localization.drive import IMU, STEP_NS, WHEEL_NOISE_MPS, Conditions, Drive
+from benchmarks.localization.sensed_drive import (
+    LEARNED_TICKS,
+    MAP_DAY,
+    SCAN_TICKS,
+    SCENE_SEED,
+    DriveRows,
+    Kidnapped,
+    Kidnapping,
+    SensedDrive,
+    kidnapped,
+    placed_at,
+    pose_of,
+    stamp_ns,
 )
 from benchmarks.mapping.campus_drive import DrivenBody, Trace, Traffic
-from benchmarks.mapping.receiver import view_of
 from campusloop.scenes.laser_survey import LaserSurvey
-from contract.geometry import Array, Pose2, compose, inverse, wrap_angle
+from contract.geometry import Array, Pose2, compose, inverse
 from contract.roads.model import RoadMap
-from simulator.sensors.gnss import CampusReceiver, GnssNoise, GnssReceiver
-from simulator.sensors.imu import Imu
 from simulator.sensors.lidars.driver import planar_points
 from simulator.sensors.lidars.mounts import planar_mount
 from simulator.sensors.lidars.planar_scanner import PlanarScanner
 from simulator.sensors.scene.changes import WorldChanges
 from simulator.sensors.scene.shapes import truck
 from simulator.sensors.scene.static_scene import StaticScene
-from simulator.sensors.sky import Sky
 from vehicle_agent.config import Profile
 from vehicle_agent.localization.laser.pose_arrays import composed
-from vehicle_agent.localization.odometry_ekf import YAW, X, Y
 from vehicle_agent.localization.planar_map.matcher import PlanarMatcher
-from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization, ScanMapState
+from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.signals import GnssFix, ImuSample, Navigation, ScanPose, VehicleMotion
 from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
 from workshop.laser_mapping.mapping import NoProgress
 from workshop.laser_mapping.site_mapping import SiteMap, SiteMappingParams, map_site
 
-# The scene's seed: of everything that all days have in common.
-SCENE_SEED = 1
-# The map is made on a day of its own: other noise, other traffic, other parked cars, another receiver.
-MAP_DAY = 9_000
-# Of the mirror's turns, 50 a second, every fifth is used.
-SCAN_TICKS = 5
 # From the end of a scan to its pose: the worker's time, and the mailboxes.
 _DELAY_TICKS = 3
-# A kidnapped estimate is somewhere else, as sure as before.
-_KIDNAP_FROM_TICK, _KIDNAP_EVERY_TICKS = 3_000, 2_000
-_KIDNAP_M, _KIDNAP_RAD = (1.0, 8.0), 0.3
+# A third of the kidnappings turn the vehicle by any angle.
+_KIDNAPPING = Kidnapping(1_100, (2.0, 30.0), any_turn_ratio=0.3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanarConditions:
-    """receiver: as for the other rows; changes: of the world since the map's day; kidnaps: now and then.
+    """receiver: as for the other rows; changes: of the world since the map's day; kidnapping: now and then.
 
     trucks  the other vehicles on the road are trucks, which hide what is behind them
     """
@@ -67,10 +60,21 @@ class PlanarConditions:
     receiver: Conditions
     changes: WorldChanges
     trucks: bool = False
-    kidnaps: bool = False
+    kidnapping: Kidnapping | None = None
+
+    def on_day(self, day: int) -> "PlanarConditions":
+        """The same with changes of another seed."""
+        changes = dataclasses.replace(self.changes, seed=self.changes.seed + 1000 * day)
+        return dataclasses.replace(self, changes=changes)
 
 
 _OUTAGES = Conditions("300 m outages", outage_m=300.0, outage_every_m=600.0)
+_MOSTLY_SILENT = Conditions("450 m outages", outage_m=450.0, outage_every_m=600.0)
+_SILENT = Conditions("no GNSS")
+_CHANGED = WorldChanges(
+    seed=79, buildings_altered_ratio=0.15, trees_felled_ratio=0.1, parked_ratio=0.5, trucks_ratio=0.4,
+    works=20,
+)  # fmt: skip
 PLANAR_CONDITIONS = (
     PlanarConditions("open sky", Conditions("open sky", open_sky=True), WorldChanges(seed=76)),
     PlanarConditions("300 m outages", _OUTAGES, WorldChanges(seed=77)),
@@ -80,30 +84,26 @@ PLANAR_CONDITIONS = (
         WorldChanges(seed=78, parked_ratio=0.5, trucks_ratio=0.5),
         trucks=True,
     ),
-    PlanarConditions(
-        "300 m outages, changed world",
-        _OUTAGES,
-        WorldChanges(
-            seed=79, buildings_altered_ratio=0.15, trees_felled_ratio=0.1, parked_ratio=0.5, trucks_ratio=0.4,
-            works=20,
-        ),
-    ),
-    PlanarConditions("no GNSS, kidnapped", Conditions("no GNSS"), WorldChanges(seed=80), kidnaps=True),
-)  # fmt: skip
+    PlanarConditions("300 m outages, changed world", _OUTAGES, _CHANGED),
+    PlanarConditions("no GNSS, kidnapped", _SILENT, WorldChanges(seed=80), kidnapping=_KIDNAPPING),
+    PlanarConditions("no GNSS, changed world, kidnapped", _SILENT, _CHANGED, kidnapping=_KIDNAPPING),
+)
+# Of long tests for false alarms: GNSS, which silences alarms, is there for a quarter of the way.
+PLANAR_DAY = PlanarConditions("450 m outages, changed world, further day", _MOSTLY_SILENT, _CHANGED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanarDrive:
     """drive: as for the other rows; scan_cpu_s (k,): of the worker; agreement (k,), lost (n,) at each tick.
 
-    kidnaps: of each, whether the vehicle was slow within 2 s, and right again within 20 s
+    kidnaps: what became of each
     """
 
     drive: Drive
     scan_cpu_s: Array
     agreement: Array
     lost: Array
-    kidnaps: tuple[bool, ...]
+    kidnaps: tuple[Kidnapped, ...]
     scan_error_m: Array
     scan_nees: Array
 
@@ -133,40 +133,6 @@ class LaserDrive:
             scan, self._mount.T_base_sensor, STEP_NS, speed_mps, yaw_rate_radps
         )
         return point_cloud(stamp_ns(tick + 1), points, intensities)
-
-
-class SensedDrive:
-    """What receiver, wheels and gyroscope say of a drive, tick by tick. Everything random is of the seed."""
-
-    def __init__(self, way: Trace, road_map: RoadMap, conditions: Conditions, seed: int) -> None:
-        rng = np.random.default_rng([seed, 7])
-        self._way, self._conditions, self._rng = way, conditions, rng
-        self.receiver = (
-            GnssReceiver(road_map.origin, GnssNoise(), rng)
-            if conditions.open_sky
-            else CampusReceiver(road_map.origin, GnssNoise(), Sky(road_map.buildings, rng), rng)
-        )
-        self._imu = Imu(IMU, rng)
-        self._wheel_scale = 1.0 + float(rng.standard_normal()) * WHEEL_SCALE_STD
-
-    def tick(self, tick: int, *, is_silent: bool = False) -> tuple[VehicleMotion, list[GnssFix | ImuSample]]:
-        # Time begins with the first tick after 0, which means never.
-        now_ns, truth = stamp_ns(tick), view_of(self._way, tick)
-        self.receiver.silent = is_silent or is_outage(truth.odometer_m, self._conditions)
-        wheel_mps = 0.0
-        if truth.speed_mps > 0.0:
-            noisy_mps = truth.speed_mps * self._wheel_scale
-            noisy_mps += float(self._rng.standard_normal()) * WHEEL_NOISE_MPS
-            wheel_mps = WHEEL_STEP_MPS * round(noisy_mps / WHEEL_STEP_MPS)
-        fix = self.receiver.fix(now_ns, truth)
-        items: list[GnssFix | ImuSample] = [self._imu.sample(now_ns, truth)]
-        items += [fix] if fix is not None else []
-        return VehicleMotion(now_ns, wheel_mps, 0.0, 0.0, 0.0, True, False, True, 1.0), items
-
-
-def stamp_ns(tick: int) -> int:
-    """Of a tick's measurements. The vehicle's clock is a tick ahead of the scene's."""
-    return STEP_NS * (tick + 1)
 
 
 def tiles_of_way(road_map: RoadMap, way: Trace, profile: Profile, seed: int) -> SiteMap:
@@ -200,7 +166,7 @@ def recorded_day(
     motions, navigation, scans = [], [], []
     for tick in range(SCAN_TICKS * laser.scans):
         # Learned under the sky; the receiver is then silent.
-        is_silent = conditions.kidnaps and tick > _KIDNAP_FROM_TICK
+        is_silent = conditions.kidnapping is not None and tick > LEARNED_TICKS
         motion, items = sensed.tick(tick, is_silent=is_silent)
         motions.append(motion)
         navigation.append(tuple(items))
@@ -216,19 +182,22 @@ def planar_drive(
     worker = None if matcher is None else LocalizationWorker(matcher)
     rng = np.random.default_rng([seed, 17])
     due: deque[tuple[int, ScanPose]] = deque()
-    state, rows, cpu_s, agreement, kidnapped = room.initial(), [], [], [], []
-    scan_rows = []
+    state, table, cpu_s, agreement, ticks = room.initial(), DriveRows(day.way), [], [], []
+    scan_rows, kidnapping = [], day.conditions.kidnapping
     for tick, (motion, measured) in enumerate(zip(day.motions, day.navigation, strict=True)):
-        now_ns, truth = stamp_ns(tick), view_of(day.way, tick)
         items: list[Navigation] = [*measured]
         while due and due[0][0] <= tick:
             items.append(due.popleft()[1])
-        if day.conditions.kidnaps and tick > _KIDNAP_FROM_TICK and tick % _KIDNAP_EVERY_TICKS == 0:
-            state = _kidnapped(state, matcher, rng)
-            kidnapped.append(tick)
+        is_time = kidnapping is not None and tick > LEARNED_TICKS and tick % kidnapping.every_ticks == 0
+        if kidnapping is not None and is_time and table.is_right():
+            before = pose_of(state)
+            after = kidnapping.drawn(before, rng)
+            state = placed_at(state, after)
+            _move_particles(matcher, before, after)
+            ticks.append(tick)
         begun_s = time.process_time()
-        ego, state = room.step(state, motion, tuple(items), now_ns)
-        spent_s = time.process_time() - begun_s
+        ego, state = room.step(state, motion, tuple(items), stamp_ns(tick))
+        table.add(tick, room, state, ego, time.process_time() - begun_s)
         # A turn of the mirror that began at the last tick is over at this one.
         for job in room.jobs(state) if worker is not None else ():
             worker.take(job)
@@ -242,28 +211,11 @@ def planar_drive(
                     agreement.append(pose.agreement)
                     due.append((tick + _DELAY_TICKS, pose))
                     scan_rows.append(_scan_row(day.way, tick, pose))
-        error = np.array((ego.pose_map.x_m - truth.pose_map.x_m, ego.pose_map.y_m - truth.pose_map.y_m))
-        known = state.fix_stamp_ns > 0
-        nees = float(error @ np.linalg.inv(state.covariance[:2, :2]) @ error) if known else math.nan
-        rows.append(
-            (
-                float(np.hypot(*error)) if known else math.nan,
-                ego.position_std_m,
-                nees,
-                spent_s,
-                ego.valid and ego.position_std_m <= 0.3,
-                False,
-                room.is_lost(state),
-            )
-        )
-    table = np.array(rows, dtype=np.float64)
-    drive = Drive(*(table[:, i] for i in range(6)))
+    drive, lost, _ = table.drive()
     scans = np.array(scan_rows, dtype=np.float64).reshape(-1, 2)
     return PlanarDrive(
-        drive, np.array(cpu_s), np.array(agreement), table[:, 6],
-        tuple(_is_found(drive, tick) for tick in kidnapped if tick + 1_000 < len(table)),
-        scans[:, 0], scans[:, 1],
-    )  # fmt: skip
+        drive, np.array(cpu_s), np.array(agreement), lost, kidnapped(drive, ticks), scans[:, 0], scans[:, 1]
+    )
 
 
 def _scan_row(way: Trace, tick: int, pose: ScanPose) -> tuple[float, float]:
@@ -272,32 +224,13 @@ def _scan_row(way: Trace, tick: int, pose: ScanPose) -> tuple[float, float]:
     return float(np.hypot(*error)), float(error @ np.linalg.inv(pose.covariance[:2, :2]) @ error)
 
 
-def _kidnapped(state: ScanMapState, matcher: PlanarMatcher | None, rng: np.random.Generator) -> ScanMapState:
-    """The filter's mean and the particles are moved alike: nothing notices but the scans."""
-    angle, size_m = float(rng.uniform(0.0, 2.0 * math.pi)), float(rng.uniform(*_KIDNAP_M))
-    turn_rad = float(rng.uniform(-_KIDNAP_RAD, _KIDNAP_RAD))
-    mean = state.filter.mean.copy()
-    before = Pose2(float(mean[X]), float(mean[Y]), float(mean[YAW]))
-    after = Pose2(
-        before.x_m + size_m * math.cos(angle),
-        before.y_m + size_m * math.sin(angle),
-        wrap_angle(before.yaw_rad + turn_rad),
-    )
-    mean[X], mean[Y], mean[YAW] = after.x_m, after.y_m, after.yaw_rad
-    if matcher is not None and matcher.localizer.tracked is not None:
-        tracked = matcher.localizer.tracked
-        poses = composed(_array(compose(after, inverse(before))), tracked.state.poses)
-        tracked.state = msgspec.structs.replace(tracked.state, poses=poses)
-    return msgspec.structs.replace(state, filter=msgspec.structs.replace(state.filter, mean=mean))
-
-
-def _is_found(drive: Drive, tick: int) -> bool:
-    """Whether the vehicle was slow within 2 s, and right again within 20 s."""
-    error_m, drivable = drive.error_m[tick : tick + 1_000], drive.drivable[tick : tick + 1_000]
-    right = np.flatnonzero(error_m < 0.3)
-    if len(right) == 0:
-        return False
-    return bool((drivable[: int(right[0])] > 0.0).sum() <= 100)
+def _move_particles(matcher: PlanarMatcher | None, before: Pose2, after: Pose2) -> None:
+    """The particles move as the filter's pose does: nothing notices but the scans."""
+    if matcher is None or matcher.localizer.tracked is None:
+        return
+    tracked = matcher.localizer.tracked
+    poses = composed(_array(compose(after, inverse(before))), tracked.state.poses)
+    tracked.state = msgspec.structs.replace(tracked.state, poses=poses)
 
 
 def _array(pose: Pose2) -> Array:

@@ -1,5 +1,6 @@
 """The rows of scan-to-map localization: its error in outages, in a changed world, and after kidnappings."""
 
+import math
 import os
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -18,6 +19,7 @@ from benchmarks.localization.scan_drive import (
     map_of_way,
     scan_drive,
 )
+from benchmarks.localization.sensed_drive import Kidnapped
 from benchmarks.mapping.campus_drive import Trace, trace
 from benchmarks.reporting.report import Row
 from contract.roads.model import RoadMap
@@ -90,9 +92,8 @@ def _row(conditions: ScanConditions, seed: int, way: Trace, one: ScanDrive) -> R
         "tick_p95_ms": round(1e3 * float(np.percentile(drive.cpu_s, 95)), 3),
         "agreement_p1": round(float(np.percentile(one.agreement, 1)), 3),
     }
-    if conditions.kidnaps:
-        row |= {"kidnaps": len(one.kidnaps), "found": sum(one.kidnaps)}
-        return row
+    if conditions.kidnapping is not None:
+        return row | kidnap_row(one.kidnaps)
     error_m, nees = drive.error_m[settled], drive.nees[settled]
     way_m = way.odometer_m[: len(drive.error_m)]
     silent = np.array([is_outage(float(x), conditions.receiver) for x in way_m])
@@ -125,24 +126,52 @@ def _false_alarms(one: ScanDrive) -> int:
 
 def _summary(drives: list[tuple[ScanConditions, ScanDrive]]) -> dict[str, float]:
     """Of all drives together; errors, deviations and alarms without the kidnapped drives."""
-    free = [one for conditions, one in drives if not conditions.kidnaps]
+    free = [one for conditions, one in drives if conditions.kidnapping is None]
     errors = np.concatenate([one.drive.error_m[_settled(one)] for one in free])
     nees = np.concatenate([one.drive.nees[_settled(one)] for one in free])
-    found = [is_found for _, one in drives for is_found in one.kidnaps]
-    alarms, hours = sum(map(_false_alarms, free)), sum(len(one.lost) for one in free) / _TICKS_PER_H
+    kidnaps = [one for _, drive in drives for one in drive.kidnaps]
+    alarms = sum(map(_false_alarms, free))
     summary = {
         "snow_lion.rmse_m": round(float(np.sqrt(np.mean(errors**2))), 3),
         "snow_lion.p99_m": round(float(np.percentile(errors, 99)), 3),
         "snow_lion.p95_ms": round(
             1e3 * max(float(np.percentile(one.scan_cpu_s, 95)) for _, one in drives), 1
         ),
-        "snow_lion.false_alarms_per_10h": round(10.0 * alarms / hours, 2),
         "snow_lion.nees_in_bounds_pct": round(100.0 * float(np.mean(nees <= _NEES_MAX)), 1),
-        "snow_lion.hours": round(hours, 2),
-        # One-sided, of a Poisson process: what so few hours can show.
-        "snow_lion.false_alarms_per_10h_max95": round(5.0 * float(chi2.ppf(0.95, 2 * alarms + 2)) / hours, 1),
     }
-    if found:
-        summary["snow_lion.lost_found_pct"] = round(100.0 * float(np.mean(found)), 1)
-        summary["snow_lion.kidnaps"] = len(found)
-    return summary
+    summary |= alarm_summary("snow_lion", alarms, sum(len(one.lost) for one in free))
+    return summary | kidnap_summary("snow_lion", kidnaps)
+
+
+def kidnap_row(kidnaps: tuple[Kidnapped, ...]) -> dict[str, float | int | str]:
+    right_s = sorted(one.right_s for one in kidnaps)
+    return {
+        "kidnaps": len(kidnaps),
+        "noticed": sum(one.is_noticed for one in kidnaps),
+        "right": sum(math.isfinite(one.right_s) for one in kidnaps),
+        "right_median_s": right_s[len(right_s) // 2] if right_s else math.nan,
+    }
+
+
+def kidnap_summary(name: str, kidnaps: list[Kidnapped]) -> dict[str, float]:
+    """lost_found_pct: slow or right within 2 s; right_pct: right again within 20 s."""
+    if not kidnaps:
+        return {}
+    return {
+        f"{name}.kidnaps": len(kidnaps),
+        f"{name}.lost_found_pct": round(100.0 * float(np.mean([one.is_noticed for one in kidnaps])), 1),
+        f"{name}.right_pct": round(
+            100.0 * float(np.mean([math.isfinite(one.right_s) for one in kidnaps])), 1
+        ),
+    }
+
+
+def alarm_summary(name: str, alarms: int, ticks: int) -> dict[str, float]:
+    """Of so many false alarms in so many ticks; max95 one-sided, of a Poisson process: what they can show."""
+    hours = ticks / _TICKS_PER_H
+    return {
+        f"{name}.hours": round(hours, 2),
+        f"{name}.false_alarms": alarms,
+        f"{name}.false_alarms_per_10h": round(10.0 * alarms / hours, 2),
+        f"{name}.false_alarms_per_10h_max95": round(5.0 * float(chi2.ppf(0.95, 2 * alarms + 2)) / hours, 1),
+    }

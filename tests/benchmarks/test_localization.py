@@ -5,6 +5,7 @@ import numpy as np
 from benchmarks.localization.__main__ import false_alarms, jumps_found
 from benchmarks.localization.campus_way import beside, campus_way, truths
 from benchmarks.localization.drive import CONDITIONS, Drive, drive
+from benchmarks.localization.sensed_drive import kidnapped
 from campusloop.shipped import DEFAULT_MAP
 from contract.roads.load import load_map
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
@@ -61,3 +62,17 @@ def test_the_opposite_lane_is_the_way_back_and_keeps_its_distance() -> None:
     assert apart_m.max() < 5.0
     assert np.hypot(*(back.points[-1] - way.points[0])) < 4.0
     assert back.speed_mps.max() <= 3.0
+
+
+def test_a_kidnapping_is_noticed_within_2_s_and_right_when_it_is_right() -> None:
+    def became(error_m: list[float], drivable: list[int]) -> list[tuple[bool, float]]:
+        # The drive goes on for longer than is waited for.
+        rest = 50 - len(error_m)
+        one = a_drive(error_m + [error_m[-1]] * rest, drivable + [drivable[-1]] * rest, [0] * 50)
+        return [(found.is_noticed, found.right_s) for found in kidnapped(one, [50])]
+
+    assert became([0.1, 0.1] + [5.0] * 10 + [0.1], [1] * 5 + [0] * 8) == [(True, 5.0)]
+    assert became([0.1, 0.1] + [5.0] * 10 + [0.1], [1] * 7 + [0] * 6) == [(False, 5.0)]
+    assert became([0.1, 0.1, 5.0], [1, 1, 0]) == [(True, np.inf)], "told, and never found"
+    assert became([0.1, 0.1, 5.0, 0.1], [1]) == [(True, 0.5)], "right again before it was told"
+    assert kidnapped(a_drive([0.1] * 4, [1] * 4, [0] * 4), [50]) == (), "too near to the end"

@@ -25,7 +25,10 @@ from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
 from vehicle_agent.localization.monte_carlo.localization import MonteCarloParams
 from vehicle_agent.localization.odometry.lidar_odometry import OdometryParams
 from vehicle_agent.localization.odometry_ekf import OdometryNoise
+from vehicle_agent.localization.planar_map.agreement import EvidenceParams
 from vehicle_agent.localization.planar_map.localizer import PlanarLocalizerParams
+from vehicle_agent.localization.planar_map.place_finder import PlaceFinderParams
+from vehicle_agent.localization.planar_map.place_search import PlaceSearchParams
 from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
 from vehicle_agent.localization.scan_map.localizer import LocalizerParams
 from vehicle_agent.localization.scan_map.matching import MatchParams as ScanMatchParams
@@ -67,6 +70,9 @@ PAGES: dict[str, tuple[Any, ...]] = {
         FieldParams,
         GlobalSearchParams,
         PlanarLocalizerParams,
+        EvidenceParams,
+        PlaceFinderParams,
+        PlaceSearchParams,
     ),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),

@@ -2,6 +2,7 @@
 
 - A safety driver who overrides has the vehicle until the next resume.
 - A fault of severity `stop` ends in a minimal-risk stop, until an operator resumes and its cause is gone.
+  That of a lost vehicle also ends once its place is proven.
 - A held vehicle stands still, and a standing vehicle does not roll.
 - Every command is finite and within limits; throttle and brake are never applied together.
 - The vehicle brakes for a contact ahead, just enough, or fully when needed.
@@ -46,6 +47,7 @@ class GuardState(msgspec.Struct, frozen=True):
 
     faults, reported   faults active in the last tick, and those reported to the server
     latched            faults that the minimal-risk stop is for
+    lost_ns            last tick in which the vehicle was lost since something latched, 0 none
     manual             the safety driver has the vehicle until the next resume
     resumed_ns         stamp of the last resume that took effect
     resume_tick_ns     stamp of its tick while the gate still brakes, 0 otherwise
@@ -62,6 +64,7 @@ class GuardState(msgspec.Struct, frozen=True):
     faults: tuple[Fault, ...] = ()
     reported: tuple[Fault, ...] = ()
     latched: tuple[Fault, ...] = ()
+    lost_ns: int = 0
     manual: bool = False
     resumed_ns: int = 0
     resume_tick_ns: int = 0
@@ -182,10 +185,14 @@ class Guard(msgspec.Struct, frozen=True):
         if task.mode != "hold" and not manual:
             codes = {fault.code for fault in latched}
             latched = latched + tuple(fault for fault in stops if fault.code not in codes)
+        lost_ns = 0 if not latched else ego.stamp_ns if ego.phase == "lost" else state.lost_ns
+        if latched and not stops and motion.enabled and _is_found_again(latched, lost_ns, ego):
+            latched, lost_ns = (), 0
         return msgspec.structs.replace(
             state,
             manual=manual,
             latched=latched,
+            lost_ns=lost_ns,
             had_by_wire=had,
             resumed_ns=task.resumed_ns,
             resume_tick_ns=resume_tick_ns,
@@ -302,6 +309,15 @@ _AVOIDING = (_OBSTACLE, _CLOSE)
 _OVERSHOOT_MPS = 0.3
 # So much above the speed beside people, the brake is the one that comes down to a speed limit.
 _GENTLY_MPS = 0.5
+
+
+# What a lost vehicle stops for, and what being lost and found leaves behind.
+_OF_BEING_LOST = ("pose_poor", "pose_stale", "pose_jump")
+
+
+def _is_found_again(latched: tuple[Fault, ...], lost_ns: int, ego: Ego) -> bool:
+    """Whether the stop was for a lost pose alone, and the place has been proven since."""
+    return 0 < lost_ns < ego.proven_ns and all(fault.code in _OF_BEING_LOST for fault in latched)
 
 
 def _gate_brakes(motion: VehicleMotion) -> bool:

@@ -62,11 +62,12 @@ class ScanPose(msgspec.Struct, frozen=True, tag="scan_pose"):
 class ScanUnplaced(msgspec.Struct, frozen=True, tag="scan_unplaced"):
     """A lidar scan that says nothing of the vehicle's place, from a worker.
 
-    reason  "no_map": the map has nothing around the vehicle; "too_little": the scan shows too little
+    reason  "no_map": the map has nothing around the vehicle; "too_little": the scan shows too little;
+            "searching": the worker looks for the place on the map
     """
 
     stamp_ns: int
-    reason: Literal["no_map", "too_little"]
+    reason: Literal["no_map", "too_little", "searching"]
 
 
 class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):

@@ -33,6 +33,7 @@ class LocalizationJob(msgspec.Struct, frozen=True, tag="localization_job"):
     covariance  (3, 3) of x, y, yaw of pose_map
     speed_mps, yaw_rate_radps  of the vehicle
     is_lost     whether a wider search is worth its time
+    is_unknown  nothing has told the vehicle's place yet: pose_map and covariance say nothing
     """
 
     stamp_ns: int
@@ -42,3 +43,4 @@ class LocalizationJob(msgspec.Struct, frozen=True, tag="localization_job"):
     speed_mps: float
     yaw_rate_radps: float
     is_lost: bool = False
+    is_unknown: bool = False

@@ -61,6 +61,7 @@ class Ego(msgspec.Struct, frozen=True):
 
     position_std_m  standard deviation of the position along its worst direction
     phase, agreement  of localization by scans; None where none are compared with a map
+    proven_ns       when the place of a vehicle that had been lost was proven; 0 never
     pose_stamp_ns   when the pose was last good enough to drive by, with or without a fix; 0 never
     """
 
@@ -76,6 +77,7 @@ class Ego(msgspec.Struct, frozen=True):
     faults: tuple[Fault, ...] = ()
     phase: LocalizationPhase | None = None
     agreement: float | None = None
+    proven_ns: int = 0
 
 
 def fault_report(fault: Fault) -> FaultReport:

@@ -61,10 +61,14 @@ def planar_localization(profile: Profile, road_map: RoadMap) -> ScanMapLocalizat
         GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile)),
         map_std_m=0.03,
         map_std_rad=0.003,
+        map_m=10.0,
+        lacking_power=2.0,
+        agreement_ratio=0.65,
         agreement_min=0.35,
-        agreement_max=0.35,
+        agreement_max=0.5,
         doubt_weight=0.8,
         doubt_max=1.5,
+        starts_alone=True,
     )
 
 

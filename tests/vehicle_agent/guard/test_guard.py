@@ -479,3 +479,80 @@ def test_people_who_walk_along_all_the_time_slow_the_vehicle_and_never_stop_it()
         accel_mps2 = -2.0 * act.brake_ratio if act.brake_ratio > 0.0 else 0.5
         speed_mps = max(0.0, speed_mps + 0.02 * accel_mps2)
     assert 0.9 < speed_mps < 1.6
+
+
+LOST = {"ego_phase": "lost", "ego_valid": False, "ego_faults": (Fault("pose_poor", "stop", 5),)}
+OTHERS = ("lidar_blind", "motion_stale", "command_not_finite", "emergency_stop_pressed", "percept_stale")
+
+
+def lost_and_stopped() -> Bench:
+    bench = driving()
+    for _ in range(3):
+        assert bench.step(**LOST)[1].mode == "minimal_risk"
+    return bench
+
+
+def test_a_vehicle_whose_place_is_proven_drives_on_without_a_resume() -> None:
+    bench = lost_and_stopped()
+    assert bench.step(ego_phase="tracking")[1].mode == "minimal_risk", "found again, and not proven"
+    act, verdict = bench.step(ego_phase="tracking", ego_proven_ns=bench.now_ns)
+    assert (verdict.mode, verdict.faults) == ("autonomous", ())
+    assert act.throttle_ratio == CRUISE.throttle_ratio
+    assert [event.mode for event in bench.events if isinstance(event, ModeChanged)][-2:] == [
+        "minimal_risk",
+        "autonomous",
+    ]
+
+
+def test_a_proof_of_an_earlier_loss_ends_no_later_one() -> None:
+    bench = lost_and_stopped()
+    proven_ns = bench.now_ns
+    bench.step(ego_phase="tracking", ego_proven_ns=proven_ns)
+    bench.step(**LOST, ego_proven_ns=proven_ns)
+    assert bench.step(ego_phase="tracking", ego_proven_ns=proven_ns)[1].mode == "minimal_risk"
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_proof_ends_no_stop_for_anything_else(code: str) -> None:
+    bench = lost_and_stopped()
+    bench.step(**{**LOST, **CAUSES[code]} if "ego_faults" not in CAUSES[code] else CAUSES[code])
+    for _ in range(5):
+        _, verdict = bench.step(ego_phase="tracking", ego_proven_ns=bench.now_ns)
+        assert verdict.mode == "minimal_risk"
+
+
+def test_a_vehicle_with_open_doors_stays_where_it_is_though_its_place_is_proven() -> None:
+    bench = lost_and_stopped()
+    standing = {"ego_speed_mps": 0.0, "motion_speed_mps": 0.0, "task_doors_open": True}
+    bench.step(ego_phase="tracking", **standing)
+    act, verdict = bench.step(ego_phase="tracking", ego_proven_ns=bench.now_ns, **standing)
+    assert verdict.mode == "autonomous"
+    assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio)
+
+
+poses = st.sampled_from(("tracking", "doubtful", "lost", "recovered", "gnss_only"))
+
+
+@given(st.lists(st.tuples(poses, st.booleans(), st.sampled_from((None, None, None, *OTHERS))), max_size=60))
+def test_a_stop_ends_by_itself_only_after_a_loss_that_is_proven_and_nothing_else(
+    ticks: list[tuple[str, bool, str | None]],
+) -> None:
+    """A vehicle that drives on without a resume was lost, has been proven since, and has no other fault."""
+    bench = driving()
+    proven_ns, lost_ns, other, stopped = 0, 0, False, False
+    for phase, is_proven, code in ticks:
+        now_ns = bench.now_ns + TICK_NS
+        proven_ns = now_ns if is_proven and phase == "tracking" else proven_ns
+        changes: dict[str, Any] = dict(LOST) if phase == "lost" else {"ego_phase": phase}
+        if code is not None:
+            changes |= CAUSES[code]
+            other = True
+        lost_ns = now_ns if phase == "lost" else lost_ns
+        _, verdict = bench.step(ego_proven_ns=proven_ns, **changes)
+        is_stop = verdict.mode in ("minimal_risk", "fault")
+        assert not (phase == "lost" or code is not None) or is_stop
+        if stopped and not is_stop:
+            assert 0 < lost_ns < proven_ns
+            assert not other
+            lost_ns = 0
+        stopped = is_stop

@@ -164,16 +164,13 @@ class MonteCarloLocalization(msgspec.Struct, frozen=True):
         """The state of a laser that may be anywhere in the map and sees this scan."""
         random = generator(seed)
         points = self.beam_ends(ranges_m, angles_rad)
-        return self._started(global_poses(points, self.field, self.params.search, random), random, odometry)
+        return _started(global_poses(points, self.field, self.params.search, random), random, odometry)
 
     def near(
         self, seed: int, pose_map: Array, std_m: float, std_rad: float, odometry: Array
     ) -> MonteCarloState:
         """The state of a laser that stands about there."""
-        random = generator(seed)
-        poses = np.tile(np.asarray(pose_map, dtype=np.float64), (self.params.particles_min, 1))
-        move(poses, np.zeros(3), std_m, std_rad, 0.0, 0.0, 0.0, random)
-        return self._started(poses, random, odometry)
+        return started_near(self.params, seed, pose_map, std_m, std_rad, odometry)
 
     def step(
         self, state: MonteCarloState, ranges_m: Array, angles_rad: Array, odometry: Array
@@ -210,22 +207,13 @@ class MonteCarloLocalization(msgspec.Struct, frozen=True):
         if lost_scans > params.lost_scans_max and len(points):
             random = state.random.copy()
             found = global_poses(points, self.field, params.search, random)
-            started = self._started(found, random, state.odometry)
+            started = _started(found, random, state.odometry)
             return estimate, msgspec.structs.replace(started, lost_scans=-params.search_rest_scans)
         return estimate, self._resampled(state, points)
 
-    def _started(self, poses: Array, random: GeneratorState, odometry: Array) -> MonteCarloState:
-        weights = np.full(len(poses), 1.0 / len(poses))
-        return MonteCarloState(poses, weights, random, np.asarray(odometry, dtype=np.float64), 0.0, 0.0, 0)
-
     def beam_ends(self, ranges_m: Array, angles_rad: Array) -> Array:
-        """(k, 2) ends of evenly chosen beams in the laser's frame."""
-        params = self.params
-        seen = supported(ranges_m, angles_rad, params.range_m_max, params.support_m, params.support_slope)
-        if len(seen) > params.beams_max:
-            seen = seen[np.linspace(0, len(seen) - 1, params.beams_max).astype(np.int64)]
-        ranges_m, angles_rad = ranges_m[seen], angles_rad[seen]
-        return np.stack([ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad)], axis=1)
+        """See `beam_ends`."""
+        return beam_ends(ranges_m, angles_rad, self.params)
 
     def _weighed(self, state: MonteCarloState, points: Array, evidence: float) -> MonteCarloState:
         field, params = self.field, self.params
@@ -309,6 +297,30 @@ class MonteCarloLocalization(msgspec.Struct, frozen=True):
             state.fit_fast,
             len(state.poses),
         )
+
+
+def started_near(
+    params: MonteCarloParams, seed: int, pose_map: Array, std_m: float, std_rad: float, odometry: Array
+) -> MonteCarloState:
+    """The state of a laser that stands about a pose (3,), with these standard deviations."""
+    random = generator(seed)
+    poses = np.tile(np.asarray(pose_map, dtype=np.float64), (params.particles_min, 1))
+    move(poses, np.zeros(3), std_m, std_rad, 0.0, 0.0, 0.0, random)
+    return _started(poses, random, odometry)
+
+
+def beam_ends(ranges_m: Array, angles_rad: Array, params: MonteCarloParams) -> Array:
+    """(k, 2) ends of evenly chosen beams in the laser's frame, in order of their angles."""
+    seen = supported(ranges_m, angles_rad, params.range_m_max, params.support_m, params.support_slope)
+    if len(seen) > params.beams_max:
+        seen = seen[np.linspace(0, len(seen) - 1, params.beams_max).astype(np.int64)]
+    ranges_m, angles_rad = ranges_m[seen], angles_rad[seen]
+    return np.stack([ranges_m * np.cos(angles_rad), ranges_m * np.sin(angles_rad)], axis=1)
+
+
+def _started(poses: Array, random: GeneratorState, odometry: Array) -> MonteCarloState:
+    weights = np.full(len(poses), 1.0 / len(poses))
+    return MonteCarloState(poses, weights, random, np.asarray(odometry, dtype=np.float64), 0.0, 0.0, 0)
 
 
 def _cluster(state: MonteCarloState, params: MonteCarloParams) -> tuple[Array, float, Array]:

@@ -1,13 +1,11 @@
-"""The likelihood field of the tiles around the vehicle, so that a map of any size costs the same."""
+"""The map around a place: its tiles and their likelihood field, at the same cost on any campus."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import msgspec
 import numpy as np
 
-from contract.geometry import Array
 from contract.occupancy.occupancy_map import FREE, UNKNOWN, Cells, OccupancyMap
 from vehicle_agent.localization.monte_carlo.likelihood_field import (
     FieldParams,
@@ -17,15 +15,23 @@ from vehicle_agent.localization.monte_carlo.likelihood_field import (
 
 # The cells of tile (ix, iy), or None where the map has none. It may read a file.
 OccupancySource = Callable[[int, int], Cells | None]
+# Fields that are kept: of the vehicle's own place, and of one or two where it may be instead.
+_FIELDS_KEPT = 3
+# Tiles that are kept. One has 100 kB in cells of 0.1 m.
+_TILES_KEPT = 120
 
 
 @dataclass(frozen=True, slots=True)
 class OccupancyTiles:
-    """A map by tiles: tile (ix, iy) begins at (ix * tile_m, iy * tile_m) of the map frame."""
+    """A map by tiles: tile (ix, iy) begins at (ix * tile_m, iy * tile_m) of the map frame.
+
+    places  of all tiles; empty where they are not known, and the whole map is not searched
+    """
 
     source: OccupancySource
     tile_m: float
     cell_m: float
+    places: tuple[tuple[int, int], ...] = ()
 
     @property
     def side(self) -> int:
@@ -34,45 +40,48 @@ class OccupancyTiles:
 
 
 class FieldWindow:
-    """The field of `around` tiles on each side of the vehicle's own; computed when it enters another one."""
+    """The field of a place's tile and `around` more on each side; computed when it changes."""
 
     def __init__(self, tiles: OccupancyTiles, params: FieldParams, around: int) -> None:
-        self._tiles, self._params, self._around = tiles, params, around
-        self._at: tuple[int, int] | None = None
+        self.tiles = tiles
+        self._params, self._around = params, around
         self._cache: dict[tuple[int, int], Cells | None] = {}
-        self._field: LikelihoodField | None = None
+        self._fields: dict[tuple[int, int], LikelihoodField | None] = {}
 
     def around(self, x_m: float, y_m: float) -> LikelihoodField | None:
         """The field about a place; None where the map has no free cell there."""
-        tile_m = self._tiles.tile_m
+        tile_m = self.tiles.tile_m
         at = (math.floor(x_m / tile_m), math.floor(y_m / tile_m))
-        if at != self._at:
-            self._field, self._at = self._computed(at), at
-        return self._field
+        # The one that was used last is at the end.
+        field = self._fields.pop(at) if at in self._fields else self._computed(at)
+        self._fields[at] = field
+        while len(self._fields) > _FIELDS_KEPT:
+            del self._fields[next(iter(self._fields))]
+        return field
 
     def _computed(self, at: tuple[int, int]) -> LikelihoodField | None:
-        side, around = self._tiles.side, self._around
-        places = [
-            (at[0] + dx, at[1] + dy) for dy in range(-around, around + 1) for dx in range(-around, around + 1)
-        ]
-        self._cache = {
-            place: self._cache[place] if place in self._cache else self._tiles.source(*place)
-            for place in places
-        }
-        span = 2 * around + 1
-        cells: Cells = np.full((span * side, span * side), UNKNOWN, dtype=np.uint8)
-        for number, place in enumerate(places):
-            tile = self._cache[place]
-            if tile is not None:
-                row, column = number // span * side, number % span * side
-                cells[row : row + side, column : column + side] = tile
+        first = (at[0] - self._around, at[1] - self._around)
+        cells = self.cells(first, (at[0] + self._around, at[1] + self._around))
         if not (cells == FREE).any():
             return None
-        corner = ((at[0] - around) * self._tiles.tile_m, (at[1] - around) * self._tiles.tile_m)
-        return likelihood_field(OccupancyMap(cells, self._tiles.cell_m, *corner), self._params)
+        corner = (first[0] * self.tiles.tile_m, first[1] * self.tiles.tile_m)
+        return likelihood_field(OccupancyMap(cells, self.tiles.cell_m, *corner), self._params)
 
+    def cells(self, first: tuple[int, int], last: tuple[int, int]) -> Cells:
+        """The cells of all tiles from one to another, both included; unknown where the map has none."""
+        side = self.tiles.side
+        columns, rows = last[0] - first[0] + 1, last[1] - first[1] + 1
+        cells: Cells = np.full((rows * side, columns * side), UNKNOWN, dtype=np.uint8)
+        for iy in range(rows):
+            for ix in range(columns):
+                tile = self._tile((first[0] + ix, first[1] + iy))
+                if tile is not None:
+                    cells[iy * side : (iy + 1) * side, ix * side : (ix + 1) * side] = tile
+        return cells
 
-def free_near(field: LikelihoodField, x_m: float, y_m: float, reach_m: float) -> LikelihoodField:
-    """The field with the free cells near a place alone: what a search may take for the vehicle's place."""
-    near: Array = field.free[np.hypot(field.free[:, 0] - x_m, field.free[:, 1] - y_m) <= reach_m]
-    return msgspec.structs.replace(field, free=near)
+    def _tile(self, place: tuple[int, int]) -> Cells | None:
+        tile = self._cache.pop(place) if place in self._cache else self.tiles.source(*place)
+        self._cache[place] = tile
+        while len(self._cache) > _TILES_KEPT:
+            del self._cache[next(iter(self._cache))]
+        return tile

@@ -13,21 +13,24 @@ from contract.geometry import Array, Pose2, compose, inverse, wrap_angle
 from vehicle_agent.localization.laser import dead_reckoning
 from vehicle_agent.localization.laser.dead_reckoning import DeadReckoningParams, DeadReckoningState
 from vehicle_agent.localization.laser.surfaces import SurfaceParams
-from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams, LikelihoodField
+from vehicle_agent.localization.monte_carlo.likelihood_field import FieldParams
 from vehicle_agent.localization.monte_carlo.localization import (
     MonteCarloEstimate,
     MonteCarloLocalization,
     MonteCarloParams,
-    MonteCarloState,
+    beam_ends,
+    started_near,
 )
-from vehicle_agent.localization.planar_map.agreement import (
-    BESIDE_MAP,
-    ON_WALL,
-    SHORT,
-    THROUGH_WALL,
-    counted_beams,
+from vehicle_agent.localization.planar_map.agreement import EvidenceParams
+from vehicle_agent.localization.planar_map.field_window import FieldWindow, OccupancyTiles
+from vehicle_agent.localization.planar_map.hypothesis import Hypothesis, RecentEvidence, is_apart
+from vehicle_agent.localization.planar_map.place_finder import (
+    Part,
+    PlaceFinder,
+    PlaceFinderParams,
+    everywhere,
+    nearby,
 )
-from vehicle_agent.localization.planar_map.field_window import FieldWindow, OccupancyTiles, free_near
 from vehicle_agent.signals import LocalizationJob, ScanAnswer, ScanPose, ScanUnplaced
 from vehicle_agent.signals.laser_scan import LaserScan
 
@@ -39,18 +42,20 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
     beams_min         a scan with fewer returns says nothing of the place
     start_std_m       a prior that is surer gives the first particles; else its surroundings are searched
     start_floor_m, start_floor_rad  least spread of the first particles
-    search_m          farthest place from the prior that a search takes for the vehicle's
-    search_again_m    way after which that disc is drawn again
     astray_m, astray_scans  particles that are so far from the vehicle's pose for so long, while the room does
                       not follow them, start again there
-    clear_m           a wall within so much of a beam's end, or of the laser, is not passed through
-    short_weight      of a beam that ends short of all walls: people and trucks hide what is behind them
-    agreement_keep    share of the agreement that stays from one scan to the next
+    evidence_keep     share of the evidence that stays from one scan to the next
     doubted, doubted_scans  particles that agree less for so long are doubted, and their surroundings searched
-    search_rest_scans from one search to the next
-    better, better_scans  other particles that agree so much more for so long take their place
-    overruling_beams, overruled_m  a place so far from the vehicle's pose is said only if so many beams of a
+    disagreeing       for particles that agree less the whole map is searched, if nothing is found nearby
+    search_rest_scans from one search to the next, if the last one has found nothing better
+    better, better_agreement, better_scans  other particles for which so much more speaks, and which agree so
+                      well, for so long take their place
+    trial_scans       other particles that do not in this time are given up
+    told_scans        answers after that which the room takes for another place's
+    overruling_things, overruled_m  a place so far from the vehicle's pose is said only if so many things of a
                       scan lie on the map's walls there: few fit in many places
+    alone_lead, alone_balance  as `lead` and `balance_min` of `finder`, where nothing but scans says where the
+                      vehicle is
     """
 
     around: int = 1
@@ -58,20 +63,24 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
     start_std_m: float = 0.7
     start_floor_m: float = 0.15
     start_floor_rad: float = 0.02
-    search_m: float = 12.0
-    search_again_m: float = 3.0
     astray_m: float = 0.6
     astray_scans: int = 30
-    clear_m: float = 0.5
-    short_weight: float = 0.1
-    agreement_keep: float = 0.7
-    doubted: float = 0.35
-    doubted_scans: int = 8
-    search_rest_scans: int = 50
-    better: float = 0.35
-    better_scans: int = 15
-    overruling_beams: float = 15.0
+    evidence_keep: float = 0.7
+    doubted: float = 0.7
+    doubted_scans: int = 4
+    disagreeing: float = 0.5
+    search_rest_scans: int = 15
+    better: float = 2.0
+    better_agreement: float = 0.6
+    better_scans: int = 8
+    trial_scans: int = 25
+    told_scans: int = 15
+    overruling_things: float = 2.5
     overruled_m: float = 0.4
+    alone_lead: float = 4.0
+    alone_balance: float = 6.0
+    evidence: EvidenceParams = EvidenceParams()
+    finder: PlaceFinderParams = PlaceFinderParams()
     dead_reckoning: DeadReckoningParams = DeadReckoningParams(
         surface=SurfaceParams(range_m_max=30.0, spacing_m=0.1),
         keyframe_m=0.5,
@@ -102,44 +111,6 @@ class PlanarLocalizerParams(msgspec.Struct, frozen=True):
     )
 
 
-class _Hypothesis:
-    """Particles that may be right, and how their scans agree with the map of late."""
-
-    def __init__(self, state: MonteCarloState, params: PlanarLocalizerParams) -> None:
-        self.state = state
-        self._params = params
-        self._on, self._against = 0.0, 0.0
-
-    @property
-    def agreement(self) -> float:
-        """Share of the beams that say something which lie on the map's walls."""
-        return self._on / max(self._on + self._against, 1e-9)
-
-    @property
-    def beams_on_walls(self) -> float:
-        """Of a scan, of late."""
-        return (1.0 - self._params.agreement_keep) * self._on
-
-    def step(self, filter_: MonteCarloLocalization, scan: LaserScan, reckoned: Array) -> MonteCarloEstimate:
-        """Moves the particles and weighs them by the scan."""
-        params, field = self._params, filter_.field
-        estimate, self.state = filter_.step(self.state, scan.ranges_m, scan.angles_rad, reckoned)
-        points = filter_.beam_ends(scan.ranges_m, scan.angles_rad)
-        counts = counted_beams(
-            points,
-            estimate.pose_map,
-            field.hit,
-            field.origin_x_m,
-            field.origin_y_m,
-            field.cell_m,
-            params.clear_m,
-        )
-        against = counts[THROUGH_WALL] + counts[BESIDE_MAP] + params.short_weight * counts[SHORT]
-        self._on = params.agreement_keep * self._on + float(counts[ON_WALL])
-        self._against = params.agreement_keep * self._against + float(against)
-        return estimate
-
-
 class PlanarLocalizer:
     """One vehicle's worker. Equal scans, priors and seed give equal answers."""
 
@@ -151,72 +122,167 @@ class PlanarLocalizer:
         params: PlanarLocalizerParams | None = None,
     ) -> None:
         self.params = params or PlanarLocalizerParams()
-        self.tracked: _Hypothesis | None = None
-        self._other: _Hypothesis | None = None
+        self.tracked: Hypothesis | None = None
+        self._other: Hypothesis | None = None
+        self._finder: PlaceFinder | None = None
+        self._searches: list[list[Part]] = []
         self._window = FieldWindow(tiles, self.params.monte_carlo.field, self.params.around)
         self._mount, self._mount_back = T_base_laser, inverse(T_base_laser)
         self._seed = seed
         self._reckoned: DeadReckoningState | None = None
-        self._astray, self._doubted, self._better, self._fresh = 0, 0, 0, 0
-        self._disc: tuple[LikelihoodField, LikelihoodField, float, float] | None = None
+        self._astray, self._doubted, self._better, self._fresh, self._rest = 0, 0, 0, 0, 0
+        self._believed = RecentEvidence(self.params.evidence, self.params.evidence_keep)
 
     def step(self, scan: LaserScan, job: LocalizationJob) -> ScanAnswer:
         """Where the vehicle was at the scan's stamp; job: what was known of it besides, then."""
         params = self.params
-        laser = _array(compose(job.pose_map, self._mount))
         reckoned = self._dead_reckoned(scan, job)
-        field = self._field(laser)
         returns = int((np.isfinite(scan.ranges_m) & (scan.ranges_m > 0.0)).sum())
+        if job.is_unknown:
+            return self._found_alone(scan, reckoned, returns)
+        laser = _array(compose(job.pose_map, self._mount))
+        field = self._window.around(float(laser[0]), float(laser[1]))
         if field is None or returns < params.beams_min:
             # Particles would drift without anything that holds them.
             self._forget()
             return ScanUnplaced(scan.stamp_ns, "no_map" if field is None else "too_little")
         filter_ = MonteCarloLocalization(field, params.monte_carlo)
-        if self.tracked is None:
-            self.tracked = _Hypothesis(self._started(filter_, scan, job, laser, reckoned), params)
+        if self.tracked is None and not self._start(filter_, scan, job, laser, reckoned):
+            return ScanUnplaced(scan.stamp_ns, "searching")
+        assert self.tracked is not None, "particles have been started"
         estimate = self.tracked.step(filter_, scan, reckoned)
-        found = self._searched(filter_, scan, reckoned)
-        self._fresh = self.params.better_scans if found is not None else max(0, self._fresh - 1)
+        self._believed.add(filter_.beam_ends(scan.ranges_m, scan.angles_rad), laser, field)
+        found = self._reconsidered(scan, estimate, reckoned)
+        self._fresh = params.told_scans if found is not None else max(0, self._fresh - 1)
         pose = self._scan_pose(scan.stamp_ns, found or estimate, returns)
         away_m = math.hypot(pose.pose_map.x_m - job.pose_map.x_m, pose.pose_map.y_m - job.pose_map.y_m)
-        if away_m > self.params.overruled_m and self.tracked.beams_on_walls < self.params.overruling_beams:
-            # It contradicts the vehicle's pose, and is too little to say another.
-            pose = msgspec.structs.replace(pose, agreement=0.0, is_searched=False, through=1.0)
         if self._is_astray(away_m):
             self._forget()
+        if away_m > params.overruled_m and not self._fresh and not self._says_a_place():
+            # It contradicts the vehicle's pose, and is too little to say another.
+            if self._believed.agreement >= params.disagreeing:
+                return ScanUnplaced(scan.stamp_ns, "too_little")
+            agreement = min(pose.agreement, self._believed.agreement)
+            return msgspec.structs.replace(pose, agreement=agreement, through=1.0 - agreement)
         return pose
 
-    def _forget(self) -> None:
-        self.tracked = self._other = None
-        self._doubted = self._better = self._astray = 0
+    def _says_a_place(self) -> bool:
+        return self.tracked is not None and (
+            self.tracked.evidence.things_on_walls >= self.params.overruling_things
+        )
 
-    def _searched(
-        self, filter_: MonteCarloLocalization, scan: LaserScan, reckoned: Array
+    def _forget(self) -> None:
+        self.tracked = self._other = self._finder = None
+        self._searches = []
+        self._doubted = self._better = self._astray = self._rest = 0
+        self._believed = RecentEvidence(self.params.evidence, self.params.evidence_keep)
+
+    def _reconsidered(
+        self, scan: LaserScan, estimate: MonteCarloEstimate, reckoned: Array
     ) -> MonteCarloEstimate | None:
-        """The estimate of other particles that have agreed much better for long enough to be believed."""
+        """The estimate of other particles for which much more has spoken for long enough to be believed."""
         params, tracked = self.params, self.tracked
         assert tracked is not None, "the other particles are compared with tracked ones"
         self._doubted = self._doubted + 1 if tracked.agreement < params.doubted else 0
-        if self._doubted == 0:
-            self._other, self._better = None, 0
+        self._rest = max(0, self._rest - 1)
+        if self._other is not None:
+            return self._tried(scan, tracked, reckoned)
+        if self._finder is None and self._doubted >= params.doubted_scans and not self._rest:
+            self._search(scan, estimate.pose_map, tracked, reckoned)
+        if self._finder is None:
             return None
-        if self._doubted % params.search_rest_scans == params.doubted_scans:
-            self._seed += 1
-            started = filter_.anywhere(self._seed, scan.ranges_m, scan.angles_rad, reckoned)
-            self._other, self._better = _Hypothesis(started, params), 0
-        if self._other is None:
-            return None
-        estimate = self._other.step(filter_, scan, reckoned)
-        is_better = (
-            self._other.agreement > tracked.agreement + params.better
-            and self._other.beams_on_walls >= params.overruling_beams
+        self._finder.step()
+        if self._finder.is_over:
+            pose = self._finder.found(reckoned)
+            self._finder = None
+            if pose is not None and is_apart(pose, estimate.pose_map, params.overruled_m, 0.1):
+                self._other = self._around(pose, reckoned)
+            elif not self._searches:
+                self._rest = params.search_rest_scans
+        return None
+
+    def _search(self, scan: LaserScan, pose: Array, tracked: Hypothesis, reckoned: Array) -> None:
+        """Begins the next search: the nearest first, and the others only while the scans disagree."""
+        finder = self.params.finder
+        is_disagreeing = tracked.agreement < self.params.disagreeing
+        if not self._searches or not is_disagreeing:
+            self._searches = nearby(pose, finder)
+            far = everywhere(self._window, pose, finder)
+            self._searches += [far] if far else []
+        self._begin(scan, self._searches.pop(0), reckoned)
+        if not is_disagreeing:
+            self._searches = []
+
+    def _begin(self, scan: LaserScan, parts: list[Part], reckoned: Array) -> None:
+        params = self.params
+        points = beam_ends(scan.ranges_m, scan.angles_rad, params.monte_carlo)
+        self._finder = PlaceFinder(
+            self._window, params.monte_carlo, params.evidence, params.finder, points, reckoned, parts
         )
-        self._better = self._better + 1 if is_better else 0
-        if self._better < params.better_scans:
+
+    def _tried(self, scan: LaserScan, tracked: Hypothesis, reckoned: Array) -> MonteCarloEstimate | None:
+        """The estimate of the other particles, if they have been better for long enough."""
+        params, other = self.params, self._other
+        assert other is not None, "there are other particles"
+        estimate = self._stepped(other, scan, reckoned)
+        if estimate is not None:
+            more = other.evidence.balance - tracked.evidence.balance
+            is_better = more > params.better and other.agreement >= params.better_agreement
+            self._better = self._better + 1 if is_better else 0
+            if self._better >= params.better_scans:
+                self.tracked, self._other, self._searches = other, None, []
+                self._doubted = self._better = 0
+                return estimate
+        if estimate is None or (other.scans >= params.trial_scans and not self._better):
+            self._other, self._better = None, 0
+            self._rest = 0 if self._searches else params.search_rest_scans
+        return None
+
+    def _stepped(self, some: Hypothesis, scan: LaserScan, reckoned: Array) -> MonteCarloEstimate | None:
+        """None where the map has nothing."""
+        x_m, y_m = some.state.poses[:, 0].mean(), some.state.poses[:, 1].mean()
+        field = self._window.around(float(x_m), float(y_m))
+        if field is None:
             return None
-        self.tracked, self._other = self._other, None
-        self._doubted = self._better = 0
-        return estimate
+        return some.step(MonteCarloLocalization(field, self.params.monte_carlo), scan, reckoned)
+
+    def _found_alone(self, scan: LaserScan, reckoned: Array, returns: int) -> ScanAnswer:
+        """Of a vehicle of which nothing but its scans says where it is: the whole map is searched."""
+        params = self.params
+        searching = ScanUnplaced(scan.stamp_ns, "searching")
+        if returns < params.beams_min:
+            self._forget()
+            return ScanUnplaced(scan.stamp_ns, "too_little")
+        if self.tracked is not None:
+            estimate = self._stepped(self.tracked, scan, reckoned)
+            if estimate is None or self.tracked.agreement < params.better_agreement:
+                self._forget()
+                return searching
+            return self._scan_pose(scan.stamp_ns, estimate, returns, alone=True)
+        self._rest = max(0, self._rest - 1)
+        if self._finder is None:
+            parts = everywhere(self._window, None, params.finder)
+            if not parts:
+                return ScanUnplaced(scan.stamp_ns, "no_map")
+            if self._rest:
+                return searching
+            self._begin(scan, parts, reckoned)
+        assert self._finder is not None, "a search has begun"
+        self._finder.step()
+        if self._finder.is_over:
+            pose = self._finder.found(reckoned, params.alone_lead, params.alone_balance)
+            self._finder, self._rest = None, params.search_rest_scans
+            self.tracked = None if pose is None else self._around(pose, reckoned)
+        return searching
+
+    def _around(self, pose: Array, reckoned: Array) -> Hypothesis:
+        """Particles around a place (3,) of the laser."""
+        params = self.params
+        self._seed += 1
+        state = started_near(
+            params.monte_carlo, self._seed, pose, params.start_floor_m, params.start_floor_rad, reckoned
+        )
+        return Hypothesis(state, params.evidence, params.evidence_keep)
 
     def _dead_reckoned(self, scan: LaserScan, job: LocalizationJob) -> Array:
         """(3,) the laser since the first scan."""
@@ -226,39 +292,34 @@ class PlanarLocalizer:
         )
         return output.pose
 
-    def _field(self, laser: Array) -> LikelihoodField | None:
-        """The field, with the free cells around the prior alone; None where the map has none."""
-        disc, x_m, y_m = self._disc, float(laser[0]), float(laser[1])
-        field = self._window.around(x_m, y_m)
-        if field is None:
-            return None
-        if (
-            disc is not None
-            and disc[0] is field
-            and math.hypot(disc[2] - x_m, disc[3] - y_m) < self.params.search_again_m
-        ):
-            return disc[1]
-        near = free_near(field, x_m, y_m, self.params.search_m)
-        if not len(near.free):
-            return None
-        self._disc = (field, near, x_m, y_m)
-        return near
-
-    def _started(
+    def _start(
         self,
         filter_: MonteCarloLocalization,
         scan: LaserScan,
         job: LocalizationJob,
         laser: Array,
         reckoned: Array,
-    ) -> MonteCarloState:
+    ) -> bool:
+        """Particles around the prior if it is sure; else those of the place that a search around it finds."""
         params = self.params
-        self._seed += 1
         std_m = math.sqrt(max(job.covariance[0, 0], job.covariance[1, 1]))
-        if std_m > params.start_std_m:
-            return filter_.anywhere(self._seed, scan.ranges_m, scan.angles_rad, reckoned)
         std_rad = max(params.start_floor_rad, math.sqrt(job.covariance[2, 2]))
-        return filter_.near(self._seed, laser, max(params.start_floor_m, std_m), std_rad, reckoned)
+        if std_m > params.start_std_m:
+            if self._finder is None:
+                self._begin(scan, nearby(laser, params.finder)[0], reckoned)
+            assert self._finder is not None, "a search has begun"
+            self._finder.step()
+            if not self._finder.is_over:
+                return False
+            pose = self._finder.found(reckoned)
+            self._finder = None
+            if pose is not None:
+                self.tracked = self._around(pose, reckoned)
+                return True
+        self._seed += 1
+        state = filter_.near(self._seed, laser, max(params.start_floor_m, std_m), std_rad, reckoned)
+        self.tracked = Hypothesis(state, params.evidence, params.evidence_keep)
+        return True
 
     def _is_astray(self, away_m: float) -> bool:
         """Whether the room has long not believed the particles: what it knows besides says another place."""
@@ -268,7 +329,9 @@ class PlanarLocalizer:
         self._astray = 0
         return True
 
-    def _scan_pose(self, stamp_ns: int, estimate: MonteCarloEstimate, returns: int) -> ScanPose:
+    def _scan_pose(
+        self, stamp_ns: int, estimate: MonteCarloEstimate, returns: int, *, alone: bool = False
+    ) -> ScanPose:
         assert self.tracked is not None
         x_m, y_m, yaw_rad = (float(value) for value in estimate.pose_map)
         pose = compose(Pose2(x_m, y_m, yaw_rad), self._mount_back)
@@ -276,15 +339,19 @@ class PlanarLocalizer:
         lever = (pose.x_m - x_m, pose.y_m - y_m)
         moved = np.array([[1.0, 0.0, -lever[1]], [0.0, 1.0, lever[0]], [0.0, 0.0, 1.0]])
         covariance = moved @ estimate.covariance @ moved.T
+        agreement = self.tracked.agreement
+        if self._other is not None and self._better:
+            # Scans that agree better elsewhere agree less here.
+            agreement *= min(1.0, (1.0 - self._other.agreement) / max(1.0 - agreement, 1e-9))
         return ScanPose(
             stamp_ns,
             Pose2(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad)),
             0.5 * (covariance + covariance.T),
-            self.tracked.agreement,
+            agreement,
             returns,
             # Until the room has followed, it must not take the new place's agreement for the old one's.
-            self._fresh > 0,
-            1.0 - self.tracked.agreement,
+            alone or self._fresh > 0,
+            1.0 - agreement,
         )
 
 

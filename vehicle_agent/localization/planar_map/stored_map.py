@@ -27,4 +27,4 @@ def stored_tiles(folder: Path, index: OccupancyTilesIndex) -> OccupancyTiles:
         entry = entries.get((ix, iy))
         return None if entry is None else read_tile(folder, index, entry)
 
-    return OccupancyTiles(cells, index.tile_m, index.cell_m)
+    return OccupancyTiles(cells, index.tile_m, index.cell_m, tuple(sorted(entries)))

@@ -20,7 +20,8 @@ def warm_planar_map() -> None:
     room: Cells = np.full((side, side), FREE, dtype=np.uint8)
     room[[0, -1], :] = room[:, [0, -1]] = OCCUPIED
     tiles = OccupancyTiles(lambda ix, iy: room if (ix, iy) == (0, 0) else None, _TILE_M, _CELL_M)
-    angles = np.linspace(-math.pi, math.pi, 180, endpoint=False)
+    # As many as the scanner has: ends without neighbours are left out.
+    angles = np.linspace(-math.pi, math.pi, 720, endpoint=False)
     reach = 0.5 * _TILE_M / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
     points = np.column_stack((reach * np.cos(angles), reach * np.sin(angles), np.zeros(len(angles))))
     for std_m in (0.1, 2.0):

@@ -14,6 +14,7 @@ from contract.wire.reasons import FaultSeverity
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization, LocalizationState
 from vehicle_agent.localization.odometry_ekf import GYRO_BIAS, SCALE, SLIP, YAW, X, Y, correct_pose
 from vehicle_agent.localization.phases import PhaseRules, PhaseState, Seen, next_phase
+from vehicle_agent.localization.proof import ProofState, Sighted, next_proof
 from vehicle_agent.localization.scan_map.localizer import ScanPrior
 from vehicle_agent.localization.worker_watch import WorkerWatch
 from vehicle_agent.signals import (
@@ -43,6 +44,7 @@ class ScanMapState(msgspec.Struct, frozen=True):
     restarted_ns    when the pose was last set to the scans' place, 0 never
     phase, watch    see `phases` and `worker_watch`; has_map: the worker's last answer did not miss the map
     agreement       of the last scan; hint_id: of the last hint that was taken
+    proof           see `proof`
     """
 
     filter: LocalizationState
@@ -59,6 +61,7 @@ class ScanMapState(msgspec.Struct, frozen=True):
     has_map: bool = True
     agreement: float | None = None
     hint_id: str = ""
+    proof: ProofState = ProofState()
 
     @property
     def covariance(self) -> Array:
@@ -75,13 +78,15 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     map_std_m, map_std_rad  of the map at a place; map_m: way after which its error is another one
     gate                  squared Mahalanobis distance beyond which a scan is not believed (chi2, 3)
     scan_m                way on which the errors of scans are the same: what misleads one misleads the next
-    agreement_good        of an unchanged world; the map's deviations grow as scans agree less
+    agreement_good, lacking_power  of an unchanged world; variances grow with this power of how many times
+                          less a scan agrees
     agreement_ratio, agreement_min, agreement_max  a scan has to agree by this share of what is expected,
                           within these bounds. One that agrees less is not believed
     clear_min, clear_max  share of the beams that end on walls, and not behind them. From the first to the
                           second what a scan needs falls by half: things that are new stand before walls, and
                           a wrong pose has walls in the way of its beams
     expected_scans        believed scans over which agreement is averaged
+    confirmed_scans       scans that agree less, over which it is averaged while GNSS confirms the pose
     doubt_weight          of the CUSUM: doubt grows by so much of what a scan agrees less than needed
     doubt_max             doubt that is remembered
     lost_std_m            deviation that is stated while the pose may be wrong: the vehicle drives slowly
@@ -89,21 +94,25 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     together, together_m, together_rad  scans in a row that must say the same other place, and how nearly
     phases                when doubt becomes being lost
     hint_std_m, hint_std_rad  of the place that an operator names
+    proof_scans           scans in a row that prove the place of a vehicle that was lost, with GNSS or a hint
+    starts_alone          the worker searches the whole map for a vehicle that has had no fix and no hint
     """
 
     gnss: GnssInsLocalization
     map_std_m: float = 0.018
     map_std_rad: float = 0.001
-    map_m: float = 10.0
+    map_m: float = 5.0
     gate: float = 30.0
     scan_m: float = 0.5
     agreement_good: float = 0.9
+    lacking_power: float = 4.0
     agreement_ratio: float = 0.6
     agreement_min: float = 0.2
     agreement_max: float = 0.5
     clear_min: float = 0.75
     clear_max: float = 0.85
     expected_scans: float = 60.0
+    confirmed_scans: float = 20.0
     doubt_weight: float = 0.7
     doubt_max: float = 2.0
     lost_std_m: float = 0.5
@@ -115,6 +124,8 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     phases: PhaseRules = PhaseRules()
     hint_std_m: float = 3.0
     hint_std_rad: float = 0.3
+    proof_scans: int = 30
+    starts_alone: bool = False
 
     def initial(self) -> ScanMapState:
         return ScanMapState(self.gnss.initial())
@@ -124,7 +135,12 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
     ) -> tuple[Ego, ScanMapState]:
         """The vehicle at `now_ns`; scans are compared with where it was at their stamps."""
         others = tuple(item for item in navigation if isinstance(item, GnssFix | ImuSample))
-        before, restarted_ns, scan_ns = state.filter, state.restarted_ns, state.scan_ns
+        before, restarted_ns, scan_ns, hint_id = (
+            state.filter,
+            state.restarted_ns,
+            state.scan_ns,
+            state.hint_id,
+        )
         ego, inner = self.gnss.step(before, motion, others, now_ns)
         moved_m = _moved_m(before, inner)
         state = msgspec.structs.replace(state, filter=inner, odometer_m=state.odometer_m + moved_m)
@@ -135,7 +151,8 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         hints = [item for item in navigation if isinstance(item, PoseHint)]
         for hint in hints:
             state = self._with_hint(state, hint)
-        watch = state.watch.after(now_ns, asks=state.filter.fix_stamp_ns > 0, answered=bool(answers))
+        asks = self.starts_alone or state.filter.fix_stamp_ns > 0
+        watch = state.watch.after(now_ns, asks=asks, answered=bool(answers))
         has_map = (
             isinstance(answers[-1], ScanPose) or answers[-1].reason != "no_map" if answers else state.has_map
         )
@@ -154,18 +171,26 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
             agreement=scans[-1].agreement if scans else state.agreement if seen.has_map else None,
             phase=next_phase(state.phase, seen, self.phases, now_ns),
         )
+        sighted = Sighted(
+            state.phase.phase, seen.agrees, bool(scans) and not seen.agrees, self._is_confirmed(state),
+            state.hint_id != hint_id,
+        )  # fmt: skip
+        state = msgspec.structs.replace(
+            state, proof=next_proof(state.proof, sighted, self.proof_scans, now_ns)
+        )
         return self._ego(state, motion, ego, is_corrected=bool(scans or hints)), state
 
     def jobs(self, state: ScanMapState) -> tuple[LocalizationJob, ...]:
-        """One in each tick that knows a pose; the worker takes what it needs."""
+        """One in each tick that knows a pose, or whose worker finds one; the worker takes what it needs."""
         inner = state.filter
-        if inner.fix_stamp_ns == 0:
+        is_unknown = inner.fix_stamp_ns == 0
+        if is_unknown and not self.starts_alone:
             return ()
         entries = np.ix_([X, Y, YAW], [X, Y, YAW])
         speed_mps = inner.speed_mps if math.isfinite(inner.speed_mps) else 0.0
         job = LocalizationJob(
             inner.stamp_ns, inner.pose_map, inner.odometry, inner.covariance[entries].copy(), speed_mps,
-            inner.yaw_rate_radps, self.is_lost(state),
+            inner.yaw_rate_radps, self.is_lost(state), is_unknown,
         )  # fmt: skip
         return (job,)
 
@@ -194,12 +219,12 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
 
     def _with_scan(self, state: ScanMapState, scan: ScanPose) -> ScanMapState:
         inner = state.filter
-        if inner.fix_stamp_ns == 0 or scan.stamp_ns < inner.poses_odom[0][0]:
+        if not inner.poses_odom or scan.stamp_ns < inner.poses_odom[0][0]:
             return state
+        if inner.fix_stamp_ns == 0:
+            return self._started(state, scan) if self.starts_alone else state
         needed = self._needed(state, scan)
-        if not scan.is_searched:
-            grown = self.doubt_weight * (needed - scan.agreement)
-            state = msgspec.structs.replace(state, doubt=min(self.doubt_max, max(0.0, state.doubt + grown)))
+        state = self._doubted(state, scan, needed)
         if scan.agreement < needed:
             return msgspec.structs.replace(state, others=0)
         then_now = compose(inverse(pose_at(inner.poses_odom, scan.stamp_ns)), inner.odometry)
@@ -219,6 +244,20 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
             expected=expected,
         )  # fmt: skip
 
+    def _doubted(self, state: ScanMapState, scan: ScanPose, needed: float) -> ScanMapState:
+        """The state with what a scan that agrees or does not says of the pose.
+
+        While GNSS confirms the pose, what scans lack is the world's fault: it is learned and raises no doubt.
+        """
+        if scan.is_searched:
+            return state
+        lacks = min(needed, self.agreement_ratio * state.expected) - scan.agreement
+        if self._is_confirmed(state) and lacks > 0.0:
+            expected = state.expected + (scan.agreement - state.expected) / self.confirmed_scans
+            return msgspec.structs.replace(state, expected=expected)
+        doubt = min(self.doubt_max, max(0.0, state.doubt + self.doubt_weight * lacks))
+        return msgspec.structs.replace(state, doubt=doubt)
+
     def _needed(self, state: ScanMapState, scan: ScanPose) -> float:
         """What the scan has to agree with the map if the pose is right."""
         needed = min(self.agreement_max, max(self.agreement_min, self.agreement_ratio * state.expected))
@@ -231,26 +270,18 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         since_m = max(0.02, state.odometer_m - state.scan_odometer_m)
         same = max(1.0, 2.0 * self.map_m / since_m) if state.scan_ns else 1.0
         alike = max(1.0, 2.0 * self.scan_m / since_m) if state.scan_ns else 1.0
-        # Where much has changed, what is taken for the map's is off by more, and so for tens of metres.
-        worse = max(1.0, self.agreement_good / max(self.agreement_min, scan.agreement))
-        found: Array = alike * scan.covariance + same * worse**2 * np.diag(
-            [self.map_std_m**2, self.map_std_m**2, self.map_std_rad**2]
+        # What has changed draws scans to it by decimetres, for metres of the way; they agree less there.
+        lacking = max(1.0, self.agreement_good / max(self.agreement_min, scan.agreement))
+        found: Array = lacking**self.lacking_power * (
+            alike * scan.covariance
+            + same * np.diag([self.map_std_m**2, self.map_std_m**2, self.map_std_rad**2])
         )
         return found
 
     def _elsewhere(self, state: ScanMapState, scan: ScanPose, seen_now: Pose2) -> ScanMapState:
         """A scan that lies well elsewhere. Several that say the same place are believed, unless GNSS is."""
-        inner = state.filter
-        map_odom = compose(seen_now, inverse(inner.odometry))
-        others = state.others + 1
-        if state.other_map_odom is not None and state.others:
-            there = compose(state.other_map_odom, inner.odometry)
-            apart_m = math.hypot(there.x_m - seen_now.x_m, there.y_m - seen_now.y_m)
-            if (
-                apart_m > self.together_m
-                or abs(wrap_angle(there.yaw_rad - seen_now.yaw_rad)) > self.together_rad
-            ):
-                others = 1
+        inner, map_odom = state.filter, compose(seen_now, inverse(state.filter.odometry))
+        others = self._others_with(state, seen_now)
         if others < self.together or self._is_confirmed(state):
             return msgspec.structs.replace(state, others=others, other_map_odom=map_odom)
         mean, covariance = inner.mean.copy(), inner.covariance.copy()
@@ -272,6 +303,34 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
         return msgspec.structs.replace(
             state, filter=inner, doubt=0.0, scan_ns=scan.stamp_ns, scan_odometer_m=state.odometer_m, others=0,
             other_map_odom=None, restarted_ns=now_ns,
+        )  # fmt: skip
+
+    def _others_with(self, state: ScanMapState, seen_now: Pose2) -> int:
+        """How many scans in a row say the same other place, after one that says seen_now."""
+        if state.other_map_odom is None or not state.others:
+            return state.others + 1
+        there = compose(state.other_map_odom, state.filter.odometry)
+        apart_m = math.hypot(there.x_m - seen_now.x_m, there.y_m - seen_now.y_m)
+        turn_rad = abs(wrap_angle(there.yaw_rad - seen_now.yaw_rad))
+        return 1 if apart_m > self.together_m or turn_rad > self.together_rad else state.others + 1
+
+    def _started(self, state: ScanMapState, scan: ScanPose) -> ScanMapState:
+        """A scan's place where nothing else has told one yet; several that say the same are believed."""
+        inner = state.filter
+        if scan.agreement < self.agreement_max:
+            return msgspec.structs.replace(state, others=0)
+        then_now = compose(inverse(pose_at(inner.poses_odom, scan.stamp_ns)), inner.odometry)
+        seen_now = compose(scan.pose_map, then_now)
+        others = self._others_with(state, seen_now)
+        if others < self.together:
+            map_odom = compose(seen_now, inverse(inner.odometry))
+            return msgspec.structs.replace(state, others=others, other_map_odom=map_odom)
+        found = self.hinted(state, seen_now, 2.0 * self.map_std_m, 2.0 * self.map_std_rad)
+        covariance = found.filter.covariance.copy()
+        covariance[:3, :3] += scan.covariance
+        return msgspec.structs.replace(
+            found, filter=msgspec.structs.replace(found.filter, covariance=covariance), doubt=0.0,
+            scan_ns=scan.stamp_ns, scan_odometer_m=state.odometer_m, restarted_ns=inner.stamp_ns,
         )  # fmt: skip
 
     def _with_hint(self, state: ScanMapState, hint: PoseHint) -> ScanMapState:
@@ -324,6 +383,7 @@ class ScanMapLocalization(msgspec.Struct, frozen=True):
             faults=faults,
             phase=phase,
             agreement=state.agreement,
+            proven_ns=state.proof.proven_ns,
         )
 
 

@@ -226,3 +226,37 @@ def test_a_moving_vehicle_takes_no_hint() -> None:
     ride.told(PoseHint("hint-1", Pose2(500.0, 0.0, 0.0)))
     ride.drive(0.1, gnss=True)
     assert ride.error_m() < 0.3
+
+
+def test_a_vehicle_without_fix_and_hint_starts_where_scans_in_a_row_say() -> None:
+    room = ScanMapLocalization(GnssInsLocalization(ORIGIN), starts_alone=True)
+    state, covariance = room.initial(), np.diag([0.02**2, 0.02**2, 0.002**2])
+    for tick in range(1, 120):
+        now_ns = STEP_NS * tick
+        items: list[Navigation] = [ImuSample(now_ns, 0.0, 0.0)]
+        if tick % 5 == 0 and tick > 20:
+            # One scan says another place: those before it do not count.
+            place = Pose2(90.0, 0.0, 0.0) if tick == 40 else Pose2(50.0, 7.0, 1.0)
+            items.append(ScanPose(now_ns - 5 * STEP_NS, place, covariance, 0.9, 400, True))
+        motion = VehicleMotion(now_ns, 0.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
+        ego, state = room.step(state, motion, tuple(items), now_ns)
+        (job,) = room.jobs(state)
+        assert job.is_unknown == (tick < 80), "eight scans after the one that disagreed"
+    assert math.hypot(ego.pose_map.x_m - 50.0, ego.pose_map.y_m - 7.0) < 0.02
+    assert ego.valid
+    assert not ROOM.jobs(ROOM.initial()), "a worker that searches no whole map is not asked"
+
+
+def test_the_place_of_a_lost_vehicle_is_proven_by_gnss_and_scans() -> None:
+    ride = started()
+    ride.drive(10.0, scans=True)
+    # Odometry is good; the scans of another place say that it is not.
+    while ride.drive(0.5, scans=True, agreement=0.1, through=0.4).phase != "lost":
+        pass
+    assert ride.ego is not None
+    assert ride.ego.proven_ns == 0
+    for _ in range(20):
+        ego = ride.drive(0.5, scans=True)
+    assert (ego.phase, ego.proven_ns) == ("tracking", 0), "scans alone prove nothing"
+    ego = ride.drive(6.0, scans=True, gnss=True)
+    assert ego.proven_ns > 0
