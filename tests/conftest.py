@@ -1,7 +1,9 @@
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import structlog
 from hypothesis import settings
 
 from campusloop.kernels.caches import KernelCaches
@@ -29,6 +31,14 @@ LONGEST = (
     "tests/benchmarks",
     "tests/vehicle_agent/stacks",
 )
+
+
+@pytest.fixture(autouse=True)
+def own_log() -> Iterator[None]:
+    """A command that a test calls sets the log of its process: the next test has the one from before."""
+    config = structlog.get_config()
+    yield
+    structlog.configure(**config)
 
 
 def pytest_configure(config: pytest.Config) -> None:
