@@ -47,11 +47,15 @@ from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
 router = APIRouter(tags=["scans"])
 
 ProposalId = Annotated[str, Path(pattern=NAME_PATTERN, examples=["proposal-2"])]
+_BINARY = {"schema": {"type": "string", "format": "binary"}}
 ZIP: dict[int | str, dict[str, Any]] = {
-    200: {"description": "The map's folder, its figures and its picture.", "content": {"application/zip": {}}}
+    200: {
+        "description": "The map's folder, its figures and its picture.",
+        "content": {"application/zip": _BINARY},
+    }
 }
 PNG: dict[int | str, dict[str, Any]] = {
-    200: {"description": "Both maps from above, changes in colours.", "content": {"image/png": {}}}
+    200: {"description": "Both maps from above, changes in colours.", "content": {"image/png": _BINARY}}
 }
 # A proposal's files never change.
 _CACHE = {"Cache-Control": "private, max-age=86400, immutable"}
