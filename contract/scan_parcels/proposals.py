@@ -18,7 +18,7 @@ class ProposedTile(msgspec.Struct, frozen=True):
     same, new, moved, gone  as the scans and the map in force compare; unseen: of the map in force, and kept
     added          where the map in force knew nothing
     changed_ratio  (new + moved + gone) of these and the same
-    is_changed     so much that the tile is made anew
+    is_changed     so much that the tile is made again
     is_added       the map in force has no such tile
     is_remade      the proposal has other bytes for it; all other tiles keep theirs
     """

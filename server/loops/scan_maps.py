@@ -71,11 +71,13 @@ class ProcessMapBuilder:
                 is_done = is_done or "done" in said
             code = await child.wait()
             trace = (await errors).decode(errors="replace").strip()
-        except asyncio.CancelledError:
-            child.kill()
-            await child.wait()
-            raise
+        except ValueError as error:
+            raise MapBuildRefused(f"what the work said cannot be read: {error}") from error
         finally:
+            # Stopped, or its output could not be read: it ends with this call.
+            if child.returncode is None:
+                child.kill()
+                await child.wait()
             errors.cancel()
         if code == 0 and is_done:
             return

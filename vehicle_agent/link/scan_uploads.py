@@ -68,15 +68,25 @@ class ScanUploads:
             if self.areas:
                 # The process may have been restarted.
                 self._tell_keeper(self.areas)
-            waiting = await asyncio.to_thread(self._waiting)
-            is_well = True
-            for path in waiting:
-                is_well = await self._upload(path)
-                await self._tell_server(waiting)
-                if not is_well:
-                    break
-            await self._tell_server([path for path in waiting if path.exists()])
+            try:
+                is_well = await self._upload_waiting()
+            except OSError as error:
+                # A broken disk ends neither the link nor, once it is well, the uploads.
+                is_well = False
+                log.error("scans.folder_broken", vehicle_id=self._vehicle_id, error=str(error))
             await asyncio.sleep(LOOK_S if is_well else self._retry_after_s)
+
+    async def _upload_waiting(self) -> bool:
+        """False if the server cannot take them now. Raises OSError."""
+        waiting = await asyncio.to_thread(self._waiting)
+        is_well = True
+        for path in waiting:
+            is_well = await self._upload(path)
+            await self._tell_server(waiting)
+            if not is_well:
+                break
+        await self._tell_server([path for path in waiting if path.exists()])
+        return is_well
 
     def _waiting(self) -> list[Path]:
         """Parcels, oldest first."""
@@ -85,7 +95,12 @@ class ScanUploads:
     async def _upload(self, path: Path) -> bool:
         """One attempt; False if the server cannot take it now."""
         request_id = path.parent.name
-        data = await asyncio.to_thread(path.read_bytes)
+        try:
+            data = await asyncio.to_thread(path.read_bytes)
+        except OSError as error:
+            # The others go up all the same.
+            self._note_trouble(request_id, f"a parcel cannot be read: {error}")
+            return True
         sha256 = hashlib.sha256(data).hexdigest()
         headers = {
             SIGNATURE_HEADER: self._sign(signed_parcel(self._vehicle_id, sha256)),
@@ -106,7 +121,7 @@ class ScanUploads:
             )
             return False
         if response.is_error:
-            # Kept beside the others, for whoever looks into it; it counts among what may be kept.
+            # Kept beside the others, so that people can look into it; it counts among what may be kept.
             self._note_trouble(request_id, f"refused: {response.text[:300]}")
             await asyncio.to_thread(path.rename, path.with_suffix(_REFUSED))
             return True

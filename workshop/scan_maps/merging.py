@@ -1,4 +1,4 @@
-"""The proposed map: changed and added tiles are made anew, all others keep their bytes."""
+"""The proposed map: changed and added tiles are made again, all others keep their bytes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,9 +19,9 @@ def write_proposed_tiles(
     folder: Path, old_folder: Path | None, old_index: PointMapIndex | None, new: Surfels, old: Surfels,
     changes: Changes, tiles: Sequence[TileChange], frame: tuple[float, float, Origin],
 ) -> tuple[PointMapIndex, tuple[tuple[int, int], ...]]:  # fmt: skip
-    """(the index, the tiles that are made anew). frame: edge of tiles, edge of voxels, origin.
+    """(the index, the tiles that are made again). frame: edge of tiles, edge of voxels, origin.
 
-    A tile that is made anew has the new elements, and of the old ones those that the scans did not see.
+    A tile that is made again has the new elements, and of the old ones those that the scans did not see.
     Raises OSError, PointMapError, TileError.
     """
     tile_m, voxel_m, origin = frame

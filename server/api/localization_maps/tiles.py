@@ -1,4 +1,4 @@
-"""Tiles of localization maps, by the hash of their bytes: sent once, read by whoever may read maps."""
+"""Tiles of localization maps, by the hash of their bytes: sent once, read by all who may read maps."""
 
 from functools import lru_cache
 from typing import Annotated, Any

@@ -101,7 +101,7 @@ async def _received(
         except SegmentHashError as error:
             raise ParcelHashWrong(f"{error}; send the parcel again") from error
         header = await offload.run(lambda: _header(path))
-        # Before it is kept: what nobody asked for takes no room.
+        # Before it is kept: a parcel without a request takes no room.
         await services.transactions.read(lambda uow: scans.check_parcel(uow, vehicle_id, header))
         size_bytes = incoming.size_bytes
         try:

@@ -142,7 +142,7 @@ def check_parcel(uow: UnitOfWork, vehicle_id: str, header: ParcelHeader) -> Scan
         raise ParcelRefused("the scans lie in another map frame than the road map in force")
     request = uow.scans.request(header.request_id)
     if request is None:
-        raise ParcelRefused(f"nobody asked for these scans: there is no request {header.request_id}")
+        raise ParcelRefused(f"these scans were not asked for: there is no request {header.request_id}")
     return request
 
 

@@ -58,6 +58,18 @@ def test_a_child_that_ends_early_without_a_word_has_failed(tmp_path: Path) -> No
         asyncio.run(program(tmp_path, "pass").build(tmp_path, None, tmp_path / "map", _nothing))
 
 
+def test_a_child_whose_output_cannot_be_read_has_failed_and_is_killed(tmp_path: Path) -> None:
+    text = f"""
+import os, pathlib, time
+pathlib.Path({str(tmp_path / "pid")!r}).write_text(str(os.getpid()))
+print("x" * 200_000, flush=True)
+time.sleep(60)
+"""
+    with pytest.raises(MapBuildRefused, match="cannot be read"):
+        asyncio.run(program(tmp_path, text).build(tmp_path, None, tmp_path / "map", _nothing))
+    assert not Path(f"/proc/{(tmp_path / 'pid').read_text()}").exists()
+
+
 def test_a_cancelled_child_is_killed(tmp_path: Path) -> None:
     text = f"""
 import json, os, pathlib, time

@@ -97,7 +97,7 @@ def test_a_place_without_a_road_in_sight_says_nothing() -> None:
 
 
 def test_a_lidar_that_hangs_is_named_until_it_is_put_back_and_seen_by_all_the_while() -> None:
-    """A ramp before a vehicle that stands looks alike: nobody is left without eyes for it."""
+    """A ramp before a vehicle that stands looks alike: no vehicle loses a lidar by it."""
     rng, rig = np.random.default_rng(2), LidarRig([RigLidar("roof", MOUNT)])
 
     def last_after(true_mount: Array, begin: int, turns: int) -> RigScan:

@@ -167,3 +167,40 @@ def test_a_keeping_process_that_says_nothing_is_told(tmp_path: Path, monkeypatch
         await one.until(lambda: one.said[-1].state == "waiting")
 
     asyncio.run(drive())
+
+
+def test_a_parcel_that_cannot_be_read_is_said_and_keeps_up_neither_others_nor_the_link(
+    tmp_path: Path,
+) -> None:
+    async def scenario() -> None:
+        server = Server()
+        uploading = Uploading(tmp_path, server)
+        uploading.uploads.requested(ScansRequested(1, (AREA,)))
+        (tmp_path / "scans-1" / "0.zip").mkdir(parents=True)
+        good = uploading.parcel()
+        uploading.keeps()
+        await uploading.until(lambda: not good.exists() and "cannot be read" in str(uploading.said))
+        assert server.taken == [b"scans"]
+
+    asyncio.run(scenario())
+
+
+def test_a_folder_that_cannot_be_looked_into_is_looked_into_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def scenario() -> None:
+        server, looks = Server(), [0]
+        uploading = Uploading(tmp_path, server)
+        good, look = uploading.parcel(), uploading.uploads._waiting
+
+        def broken_once() -> list[Path]:
+            looks[0] += 1
+            if looks[0] == 1:
+                raise OSError("input/output error")
+            return look()
+
+        monkeypatch.setattr(uploading.uploads, "_waiting", broken_once)
+        await uploading.until(lambda: not good.exists())
+        assert server.taken == [b"scans"]
+
+    asyncio.run(scenario())
