@@ -54,9 +54,15 @@ class LocalizationChanger(AnnouncedChange[LocalizationMapPublished]):
 
     async def _fetch(self, wanted: LocalizationMapPublished) -> None:
         maps = self._files.localization
-        await asyncio.to_thread(maps.prune, wanted.map_version)
-        if not await asyncio.to_thread(self._has_whole, wanted.map_version):
-            await self._download(wanted)
+        try:
+            await asyncio.to_thread(maps.prune, wanted.map_version)
+            if not await asyncio.to_thread(self._has_whole, wanted.map_version):
+                await self._download(wanted)
+        except OSError as error:
+            # A broken disk must not end the link with it.
+            raise LocalizationMapNotTaken("not_stored", str(error)) from error
+        except MapError as error:
+            raise LocalizationMapNotTaken("elsewhere", f"the road map cannot be read: {error}") from error
         if self._said_stored != wanted.map_version:
             self._said_stored = wanted.map_version
             await self._report(LocalizationMapStored(wanted.map_version))
@@ -105,10 +111,8 @@ class LocalizationChanger(AnnouncedChange[LocalizationMapPublished]):
             raise LocalizationMapNotTaken("unsound", str(error)) from error
 
     def _require_same_frame(self, origin: Origin) -> None:
-        try:
-            road_map = self._files.road_map()
-        except MapError as error:
-            raise LocalizationMapNotTaken("elsewhere", f"the road map cannot be read: {error}") from error
+        """Raises LocalizationMapNotTaken, MapError."""
+        road_map = self._files.road_map()
         if not is_same_frame(origin, road_map.origin):
             raise LocalizationMapNotTaken(
                 "elsewhere", f"it lies in another frame than road map {road_map.map_version}"

@@ -252,3 +252,22 @@ def test_only_the_map_in_force_the_one_before_and_the_wanted_one_are_kept(tmp_pa
         vehicle.files.localization.adopt(versions[-1])
     kept = {path.name for path in vehicle.files.localization.root.iterdir() if path.is_dir()}
     assert kept == set(versions[1:]), "that before the one before goes with the next fetch"
+
+
+def test_a_disk_that_fails_while_old_maps_are_removed_is_said_and_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    point_map(tmp_path / "new", ROADS.origin)
+    vehicle, server, looks = Vehicle(tmp_path / "vehicle"), Server(tmp_path / "new"), [0]
+    prune = vehicle.files.localization.prune
+
+    def broken_once(map_version: str) -> None:
+        looks[0] += 1
+        if looks[0] == 1:
+            raise OSError("input/output error")
+        prune(map_version)
+
+    monkeypatch.setattr(vehicle.files.localization, "prune", broken_once)
+    vehicle.fetch(server)
+    assert vehicle.codes() == ["not_stored"]
+    assert set(vehicle.offered) == {server.manifest.map_version}
