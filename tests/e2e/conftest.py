@@ -43,8 +43,17 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
 
 
 @pytest.fixture(scope="session")
-def shuttle(server: ServerProcess) -> ScriptedShuttle:
+def enrolled_shuttle(server: ServerProcess) -> ScriptedShuttle:
     return server.add_shuttle("shuttle-1", "Shuttle 1", resting_place=0)
+
+
+@pytest.fixture
+def shuttle(server: ServerProcess, enrolled_shuttle: ScriptedShuttle) -> Iterator[ScriptedShuttle]:
+    """The one shuttle of all tests: at its usual speed and without the rides of the test before."""
+    speed_mps = enrolled_shuttle.speed_mps
+    yield enrolled_shuttle
+    enrolled_shuttle.speed_mps = speed_mps
+    server.cancel_rides()
 
 
 @pytest.fixture

@@ -22,6 +22,7 @@ CAMPUS_MAP = ROOT / "maps" / "shanghai-university" / "map.json"
 PASSWORD = "correct horse battery"
 READY_WITHIN_S = 60.0
 PLACED_WITHIN_S = 30.0
+OPEN_STATES = ("requested", "assigned", "boarding", "aboard")
 
 
 class ServerProcess:
@@ -93,6 +94,13 @@ class ServerProcess:
         self.change("POST", f"/vehicles/{vehicle_id}/resume")
         self.await_vehicle(vehicle_id, held=False)
         return shuttle
+
+    def cancel_rides(self) -> None:
+        """Every ride that has not ended; who is on board gets out as soon as the shuttle can stop."""
+        for ride in self.http.get("/rides", params={"state": OPEN_STATES}).raise_for_status().json():
+            cancelled = self.http.post(f"/rides/id/{ride['ride_id']}/cancel")
+            # 409: it ended meanwhile, or the shuttle that carries it can go nowhere.
+            assert cancelled.is_success or cancelled.status_code == 409, cancelled.text
 
     def enter_vehicle(self, vehicle_id: str, name: str) -> None:
         """One that has never been heard."""

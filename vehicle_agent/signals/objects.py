@@ -1,0 +1,23 @@
+"""perception: the objects that one scan or picture shows, before they are tracked."""
+
+import msgspec
+import numpy as np
+
+
+class SeenObjects(msgspec.Struct, frozen=True):
+    """Objects found in one scan, without identities. Rows belong together; an empty scan has none.
+
+    stamp_ns             end of the scan
+    kinds (n,) int64     index into TRACK_KINDS; `other` where the finder cannot tell
+    scores (n,)          how sure the finder is of kind and place, 0 to 1
+    poses_base (n, 3)    x, y, yaw of the middle of the outline, base frame at stamp_ns
+    sizes_m (n, 3)       length along yaw, width, height
+    velocities_base_mps  (n, 2) over ground, along the axes of that base frame; NaN where the finder gives none
+    """
+
+    stamp_ns: int
+    kinds: np.ndarray
+    scores: np.ndarray
+    poses_base: np.ndarray
+    sizes_m: np.ndarray
+    velocities_base_mps: np.ndarray
