@@ -29,6 +29,7 @@ GROUPS = {
         Group("gem", "vehicle_agent.stacks.warm:warm_gem"),
         Group("odometry", "vehicle_agent.localization.odometry.warm:warm_odometry"),
         Group("scan_map", "vehicle_agent.localization.scan_map.warm:warm_scan_map"),
+        Group("points", "vehicle_agent.perception.points.warm:warm_points"),
         Group("planar_map", "vehicle_agent.localization.planar_map.warm:warm_planar_map"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("motion_calibration", "workshop.motion_calibration.warm:warm_kernels"),

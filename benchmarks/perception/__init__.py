@@ -1,0 +1,1 @@
+"""What perception from points costs, and what it finds."""

@@ -1,0 +1,1 @@
+"""Ground, obstacle cells and objects from points, without a network."""

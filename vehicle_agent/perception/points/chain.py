@@ -1,0 +1,55 @@
+"""Perception from points: ground, obstacle cells, objects and tracks of one scan after another."""
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Pose2
+from vehicle_agent.perception.points.cells import percept_of, point_heights
+from vehicle_agent.perception.points.clusters import ClusterParams, objects_of_points
+from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.tracking.tracker import ObjectTracker
+from vehicle_agent.perception.tracking.tracks import ObjectTrackerState
+from vehicle_agent.signals import ObstaclePercept, TrackPercept
+from vehicle_agent.signals.objects import SeenObjects
+
+
+class PointPerception(msgspec.Struct, frozen=True):
+    """The whole chain of one vehicle, without a network.
+
+    grid      extent and rules of the cells; `above_m` and the outline are the vehicle's
+    clusters  which objects are looked for
+    tracker   gives them identities and velocities
+    """
+
+    grid: PointGrid
+    clusters: ClusterParams = ClusterParams()
+    tracker: ObjectTracker = ObjectTracker()
+
+    def initial(self) -> ObjectTrackerState:
+        return self.tracker.initial()
+
+    def step(
+        self,
+        state: ObjectTrackerState,
+        points_base: np.ndarray,
+        intensities: np.ndarray,
+        stamp_ns: int,
+        pose_map: Pose2,
+        network: SeenObjects | None = None,
+    ) -> tuple[ObstaclePercept, TrackPercept, ObjectTrackerState]:
+        """Cells and tracks of one scan of all lidars, moved to stamp_ns.
+
+        points_base  (n, 3) float32, base frame at stamp_ns, z from the ground under the rear axle
+        intensities  (n,) as the lidars give them
+        pose_map     of the vehicle at stamp_ns
+        network      objects that a detector found in the same scan: they take the place of clusters
+        Raises ValueError for points of another shape.
+        """
+        heights = point_heights(points_base, self.grid)
+        cells = percept_of(heights, stamp_ns, self.grid)
+        points = np.ascontiguousarray(points_base, dtype=np.float32)
+        seen = objects_of_points(points, heights, stamp_ns, self.grid, self.clusters)
+        if network is not None:
+            seen = network
+        tracks, state = self.tracker.step(state, seen, pose_map)
+        return cells, tracks, state

@@ -1,0 +1,1 @@
+"""Objects of single scans become tracks with identities of their own."""

@@ -1,0 +1,75 @@
+"""Parameters of the tracker."""
+
+import math
+from typing import NamedTuple
+
+from vehicle_agent.signals import CYCLIST, OTHER, PEDESTRIAN, VEHICLE
+
+
+class KindMotion(NamedTuple):
+    """How a kind moves and how well it is measured.
+
+    accel_mps2        standard deviation of acceleration: going on steadily, and starting, stopping or turning
+    turn_radps2       the same of the turn rate's change; 0: goes straight
+    position_std_m    of a measured middle; and per metre of distance
+    speed_std_mps     of a new track without a measured velocity
+    reach_m           a measurement farther from the expected place is another object's
+    """
+
+    accel_mps2: tuple[float, float]
+    turn_radps2: tuple[float, float]
+    position_std_m: float
+    position_std_per_m: float
+    speed_std_mps: float
+    reach_m: float
+
+
+class TrackerParams(NamedTuple):
+    """Counts are scans.
+
+    motions          by kind, in the order of TRACK_KINDS
+    stay             probability that a model of motion goes on for a scan
+    gate             largest squared Mahalanobis distance of a track's measurement (99.7 % of its own)
+    kind_cost        added to it where the kinds differ
+    confirm_hits, confirm_scans   a track is shown after so many hits in its first scans
+    tentative_misses a new track ends after so many misses
+    coast_scans      a missed track goes on for so long where nothing hides it
+    hidden_scans     and for so long where something nearer does
+    shown_scans      a hidden track is shown for so long
+    forget           share of the evidence of kinds that is left after a scan
+    velocity_std_mps of velocities that a finder measures
+    score_min        objects with a lower score begin no track
+    other_m_max      longest thing of no kind that becomes a track when it moves
+    moved_m          and how far it must have moved
+    still            squared deviation at which a velocity counts half: jitter of what stands is smaller
+    gap_s_max        after a longer gap all tracks end
+    """
+
+    motions: tuple[KindMotion, ...] = ()
+    stay: float = 0.93
+    gate: float = 11.8
+    kind_cost: float = 4.0
+    confirm_hits: int = 3
+    confirm_scans: int = 5
+    tentative_misses: int = 2
+    coast_scans: int = 5
+    hidden_scans: int = 20
+    shown_scans: int = 10
+    forget: float = 0.9
+    velocity_std_mps: float = 0.4
+    score_min: float = 0.25
+    other_m_max: float = 1.2
+    moved_m: float = 1.2
+    still: float = 4.0
+    gap_s_max: float = 1.0
+
+
+_MOTIONS = {
+    PEDESTRIAN: KindMotion((0.3, 3.0), (0.0, 0.0), 0.07, 0.003, 1.2, 1.5),
+    CYCLIST: KindMotion((0.5, 3.0), (0.1, 0.8), 0.12, 0.004, 3.0, 2.5),
+    VEHICLE: KindMotion((0.4, 2.5), (0.05, 0.5), 0.2, 0.004, 4.0, 3.5),
+    OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 1.5),
+}
+DEFAULT_PARAMS = TrackerParams(motions=tuple(_MOTIONS[kind] for kind in sorted(_MOTIONS)))
+# Evidence never grows beyond this, so that a kind can change.
+EVIDENCE_MAX = math.log(1e4)

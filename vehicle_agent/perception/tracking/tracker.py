@@ -1,0 +1,222 @@
+"""Multi-object tracking: prediction, assignment, correction, births and deaths."""
+
+import math
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
+from vehicle_agent.perception.tracking.association import assign
+from vehicle_agent.perception.tracking.motion import (
+    PX,
+    TURN,
+    VX,
+    Z_COLUMNS,
+    Z_VAR,
+    ZV_VAR,
+    ZVX,
+    ZX,
+    combined,
+    predict,
+    update,
+)
+from vehicle_agent.perception.tracking.occlusion import hidden_places
+from vehicle_agent.perception.tracking.output import percept_of_tracks
+from vehicle_agent.perception.tracking.params import DEFAULT_PARAMS, EVIDENCE_MAX, TrackerParams
+from vehicle_agent.perception.tracking.tracks import ObjectTrackerState, TrackTable, no_tracks
+from vehicle_agent.perception.tracking.visible_sides import aligned_sizes, towards_far_side
+from vehicle_agent.signals import CYCLIST, PEDESTRIAN, TRACK_KINDS, VEHICLE, TrackPercept
+from vehicle_agent.signals.objects import SeenObjects
+
+# A finder is never surer of a kind than this, nor less than an even guess.
+_SURE, _EVEN = 0.9, 1.0 / len(TRACK_KINDS)
+# A track's size shrinks by this share in a scan in which it looks smaller.
+_SHRINK = 0.01
+# How fast the direction of a standing box follows.
+_YAW_GAIN = 0.3
+# Above this speed a vehicle's or cyclist's direction is that of its motion, m/s.
+_HEADING_MPS = 1.0
+
+
+class ObjectTracker(msgspec.Struct, frozen=True):
+    """Gives the objects of scans identities, velocities and kinds.
+
+    viewpoint_x_m  of the lidars, ahead of the rear axle: the sides that are seen face it
+    """
+
+    params: TrackerParams = DEFAULT_PARAMS
+    viewpoint_x_m: float = 1.3
+
+    def initial(self) -> ObjectTrackerState:
+        return ObjectTrackerState(0, 1, no_tracks())
+
+    def step(
+        self, state: ObjectTrackerState, seen: SeenObjects, pose_map: Pose2
+    ) -> tuple[TrackPercept, ObjectTrackerState]:
+        """The tracks after a scan; pose_map: the vehicle's pose at the scan's stamp.
+
+        A scan that is not newer than the last one changes nothing. Objects with values that are not finite
+        are left out.
+        """
+        params = self.params
+        if state.stamp_ns and seen.stamp_ns <= state.stamp_ns:
+            return percept_of_tracks(state.tracks, state.stamp_ns, pose_map, params), state
+        dt_s = (seen.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
+        tracks = state.tracks.copied() if dt_s <= params.gap_s_max else no_tracks()
+        seen = _finite(seen)
+        measured = self._measured(seen, pose_map)
+        viewpoint = transform_points(pose_map, np.array([[self.viewpoint_x_m, 0.0]]))[0]
+        if len(tracks):
+            noise = np.array([(m.accel_mps2, m.turn_radps2) for m in params.motions]).transpose(0, 2, 1)
+            kinds = kinds_of(tracks)
+            predict(tracks.means, tracks.covariances, tracks.weights, noise[kinds], params.stay, dt_s)
+        else:
+            kinds = np.empty(0, np.int64)
+        yaws = seen.poses_base[:, 2] + pose_map.yaw_rad
+        self._face(tracks, seen, measured, yaws, viewpoint)
+        rows, columns = assign(tracks, kinds, measured, seen.kinds, params)
+        self._correct(tracks, kinds, rows, columns, seen, measured, yaws, viewpoint)
+        self._count(tracks, rows, seen, pose_map)
+        tracks = tracks.selected(self._living(tracks))
+        new = np.setdiff1d(np.arange(len(seen.kinds)), columns)
+        new = new[seen.scores[new] >= params.score_min]
+        born = self._born(seen, measured, yaws, new, state.next_id)
+        tracks = tracks.with_rows(born)
+        after = ObjectTrackerState(seen.stamp_ns, state.next_id + len(born), tracks)
+        return percept_of_tracks(tracks, seen.stamp_ns, pose_map, params), after
+
+    def _measured(self, seen: SeenObjects, pose_map: Pose2) -> Array:
+        """(m, 6) the objects as measurements in the map frame."""
+        measured = np.empty((len(seen.kinds), Z_COLUMNS))
+        measured[:, ZX : ZX + 2] = transform_points(pose_map, seen.poses_base[:, :2])
+        turned = Pose2(0.0, 0.0, pose_map.yaw_rad)
+        measured[:, ZVX : ZVX + 2] = transform_points(turned, seen.velocities_base_mps)
+        motions = [self.params.motions[int(kind)] for kind in seen.kinds]
+        ranges = np.hypot(seen.poses_base[:, 0], seen.poses_base[:, 1])
+        near = np.array([motion.position_std_m for motion in motions])
+        far = np.array([motion.position_std_per_m for motion in motions])
+        measured[:, Z_VAR] = (near + far * ranges) ** 2
+        measured[:, ZV_VAR] = self.params.velocity_std_mps**2
+        return measured
+
+    def _face(
+        self, tracks: TrackTable, seen: SeenObjects, measured: Array, yaws: Array, viewpoint: Array
+    ) -> None:
+        """Moves the middles of vehicles to where they are by the nearest track's size: before assignment."""
+        if not len(tracks):
+            return
+        mean, _ = combined(tracks.means, tracks.covariances, tracks.weights)
+        for d in np.flatnonzero(seen.kinds == VEHICLE):
+            apart = np.hypot(mean[:, 0] - measured[d, ZX], mean[:, 1] - measured[d, ZX + 1])
+            t = int(np.argmin(apart))
+            if apart[t] > 0.5 * tracks.sizes_m[t, 0] + 0.5 * seen.sizes_m[d, 0]:
+                continue
+            size = aligned_sizes(tracks.yaws[t], yaws[d], seen.sizes_m[d])
+            missing = np.maximum(tracks.sizes_m[t, :2] - size, 0.0)
+            middle = measured[d, ZX : ZX + 2]
+            measured[d, ZX : ZX + 2] = middle + towards_far_side(middle, viewpoint, tracks.yaws[t], missing)
+
+    def _correct(
+        self,
+        tracks: TrackTable,
+        kinds: IntArray,
+        rows: IntArray,
+        columns: IntArray,
+        seen: SeenObjects,
+        measured: Array,
+        yaws: Array,
+        viewpoint: Array,
+    ) -> None:
+        """Corrects the tracks `rows` by the objects `columns`, in place."""
+        params = self.params
+        for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
+            score = min(_SURE, max(_EVEN, float(seen.scores[d])))
+            likelihood = np.full(len(TRACK_KINDS), (1.0 - score) / (len(TRACK_KINDS) - 1))
+            likelihood[seen.kinds[d]] = score
+            tracks.evidence[t] = params.forget * tracks.evidence[t] + np.log(likelihood)
+            tracks.evidence[t] = np.maximum(tracks.evidence[t] - tracks.evidence[t].max(), -EVIDENCE_MAX)
+            size = aligned_sizes(tracks.yaws[t], yaws[d], seen.sizes_m[d])
+            if kinds[t] == VEHICLE:
+                # What has come into view since lies beyond the sides seen before.
+                grown = np.maximum(size - tracks.sizes_m[t, :2], 0.0)
+                before = tracks.means[t, 0, PX:VX]
+                tracks.means[t, :, PX:VX] += towards_far_side(before, viewpoint, tracks.yaws[t], grown)
+            known = tracks.sizes_m[t] * (1.0 - (0.1 if kinds[t] == PEDESTRIAN else _SHRINK))
+            tracks.sizes_m[t] = np.maximum(known, [size[0], size[1], seen.sizes_m[d, 2]])
+        update(tracks.means, tracks.covariances, tracks.weights, rows, measured[columns])
+        straight = (kinds != VEHICLE) & (kinds != CYCLIST)
+        tracks.means[straight, :, TURN] = 0.0
+        speed = np.hypot(tracks.means[:, 0, VX], tracks.means[:, 0, VX + 1])
+        for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
+            if speed[t] > _HEADING_MPS:
+                mean = tracks.weights[t] @ tracks.means[t]
+                tracks.yaws[t] = math.atan2(mean[VX + 1], mean[VX])
+            elif kinds[t] == VEHICLE:
+                # A quarter turn is a box that lies across.
+                off = math.remainder(yaws[d] - tracks.yaws[t], 0.5 * math.pi)
+                tracks.yaws[t] = math.remainder(tracks.yaws[t] + _YAW_GAIN * off, 2.0 * math.pi)
+
+    def _count(self, tracks: TrackTable, rows: IntArray, seen: SeenObjects, pose_map: Pose2) -> None:
+        """Ages, hits and misses after the scan, in place."""
+        is_hit = np.zeros(len(tracks), np.bool_)
+        is_hit[rows] = True
+        tracks.ages[:] += 1
+        tracks.hits[is_hit] += 1
+        tracks.misses[:] = np.where(is_hit, 0, tracks.misses + 1)
+        places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
+        hidden = hidden_places(places, seen.poses_base, seen.sizes_m, self.viewpoint_x_m)
+        tracks.hidden[:] = np.where(is_hit, 0, tracks.hidden + hidden)
+        params = self.params
+        tracks.is_confirmed[:] |= is_hit & (tracks.hits >= params.confirm_hits)
+
+    def _living(self, tracks: TrackTable) -> BoolArray:
+        params = self.params
+        in_view = tracks.misses - tracks.hidden
+        confirmed = (in_view <= params.coast_scans) & (tracks.misses <= params.hidden_scans)
+        tentative = (tracks.misses < params.tentative_misses) & (tracks.ages < params.confirm_scans)
+        living: BoolArray = np.where(tracks.is_confirmed, confirmed, tentative)
+        return living
+
+    def _born(
+        self, seen: SeenObjects, measured: Array, yaws: Array, new: IntArray, next_id: int
+    ) -> TrackTable:
+        """Tracks of the objects `new`, which no track has."""
+        born = no_tracks(len(new))
+        born.ids[:] = next_id + np.arange(len(new))
+        born.weights[:] = 0.5
+        for row, d in enumerate(new.tolist()):
+            motion = self.params.motions[int(seen.kinds[d])]
+            z = measured[d]
+            born.means[row, :, PX:VX] = z[ZX:ZVX]
+            speed_var = motion.speed_std_mps**2
+            if not math.isnan(z[ZVX]):
+                born.means[row, :, VX:TURN] = z[ZVX:Z_VAR]
+                speed_var = z[ZV_VAR]
+            turn_var = 0.05 if motion.turn_radps2[1] > 0.0 else 0.0
+            born.covariances[row] = np.diag([z[Z_VAR], z[Z_VAR], speed_var, speed_var, turn_var])
+            score = min(_SURE, max(_EVEN, float(seen.scores[d])))
+            born.evidence[row] = math.log((1.0 - score) / (len(TRACK_KINDS) - 1))
+            born.evidence[row, seen.kinds[d]] = math.log(score)
+        born.sizes_m[:], born.yaws[:] = seen.sizes_m[new], yaws[new]
+        born.ages[:] = born.hits[:] = 1
+        born.begins_map[:] = measured[new, ZX:ZVX]
+        return born
+
+
+def kinds_of(tracks: TrackTable) -> IntArray:
+    """(n,) the likeliest kind of each track."""
+    kinds: IntArray = np.argmax(tracks.evidence, axis=1).astype(np.int64)
+    return kinds
+
+
+def _finite(seen: SeenObjects) -> SeenObjects:
+    """The objects with finite scores, poses and sizes, and kinds that there are."""
+    good = np.isfinite(np.column_stack((seen.scores, seen.poses_base, seen.sizes_m))).all(axis=1)
+    good &= (seen.kinds >= 0) & (seen.kinds < len(TRACK_KINDS)) & (seen.sizes_m[:, :2] > 0.0).all(axis=1)
+    velocities = np.where(
+        np.isfinite(seen.velocities_base_mps).all(axis=1)[:, None], seen.velocities_base_mps, math.nan
+    )
+    return SeenObjects(
+        seen.stamp_ns, seen.kinds[good], seen.scores[good], seen.poses_base[good], seen.sizes_m[good],
+        velocities[good],
+    )  # fmt: skip
