@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contract.geometry import Array, IntArray
+from contract.geometry import Array
 from vehicle_agent.perception.points.boxes import (
+    ABOVE_CHEST,
+    B_TALL,
     B_TOP,
     BX,
     BY,
@@ -17,7 +19,7 @@ from vehicle_agent.perception.points.boxes import (
     object_boxes,
 )
 from vehicle_agent.perception.points.cells import PointHeights
-from vehicle_agent.perception.points.components import connected, extents, split_people
+from vehicle_agent.perception.points.components import connected, split_people
 from vehicle_agent.perception.points.fine_cells import FINE, FineCells, fine_cells
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.points.kinds import KindGates, best_kinds, kind_scores
@@ -35,6 +37,7 @@ class ClusterParams(NamedTuple):
     viewpoint_x_m    of the lidars, ahead of the rear axle: visible sides face it
     person_half_m    middle of a person behind the visible side
     person_m         a person's diameter, from and to
+    pair_m_max       longest pair of people, or of a person and a post or trunk
     group_score      a group is people if their mean score is at least this
     """
 
@@ -45,7 +48,8 @@ class ClusterParams(NamedTuple):
     viewpoint_x_m: float = 1.3
     person_half_m: float = 0.08
     person_m: tuple[float, float] = (0.45, 0.7)
-    group_score: float = 0.5
+    pair_m_max: float = 2.6
+    group_score: float = 0.35
 
 
 def objects_of_points(
@@ -75,7 +79,7 @@ def _boxes_and_scores(cells: FineCells, grid: PointGrid, params: ClusterParams) 
     count = int(labels.max(initial=-1)) + 1
     boxes = object_boxes(cells.values, labels, count, cell_m)
     scores = kind_scores(boxes, params.gates)
-    is_group = _may_be_group(cells, labels, boxes, scores, params)
+    is_group = _may_be_group(boxes, scores, params)
     if not is_group.any():
         return boxes, scores
     split = split_people(cells.places, cells.number_at, cells.values, labels, is_group)
@@ -87,7 +91,9 @@ def _boxes_and_scores(cells: FineCells, grid: PointGrid, params: ClusterParams) 
     returns = part_boxes[:, RETURNS]
     total = np.bincount(whole_of, returns * part_scores[:, PEDESTRIAN], count)
     mean = total / np.maximum(np.bincount(whole_of, returns, count), 1.0)
-    taken_apart = is_group & (mean >= params.group_score) & (mean > scores[:, VEHICLE])
+    # No car is as short as two people side by side.
+    no_car = (boxes[:, LENGTH] < params.pair_m_max) | (mean > scores[:, VEHICLE])
+    taken_apart = is_group & (mean >= params.group_score) & no_car
     chosen = taken_apart[whole_of]
     return (
         np.vstack((boxes[~taken_apart], part_boxes[chosen])),
@@ -95,20 +101,16 @@ def _boxes_and_scores(cells: FineCells, grid: PointGrid, params: ClusterParams) 
     )
 
 
-def _may_be_group(
-    cells: FineCells, labels: IntArray, boxes: Array, scores: Array, params: ClusterParams
-) -> np.ndarray:
+def _may_be_group(boxes: Array, scores: Array, params: ClusterParams) -> np.ndarray:
     """(objects,) bool: as high as people, and wider than one."""
-    found = extents(cells.values, labels, len(boxes))
-    top, tall = found[:, 2], found[:, 3]
     gates = params.gates
     wide: np.ndarray = (
         (boxes[:, LENGTH] > 0.75)
         & (boxes[:, LENGTH] <= params.group_m_max)
-        & (top >= gates.person_top_m[0])
-        & (tall <= gates.tall_m + 0.15)
-        & (scores[:, VEHICLE] < 0.9)
-        & (found[:, 5] >= 6.0)
+        & (boxes[:, B_TOP] >= gates.person_top_m[0])
+        & ((boxes[:, B_TALL] <= gates.tall_m + 0.15) | (boxes[:, LENGTH] <= params.pair_m_max))
+        & ((scores[:, VEHICLE] < 0.9) | (boxes[:, LENGTH] <= params.pair_m_max))
+        & (boxes[:, ABOVE_CHEST] >= 6.0)
     )
     return wide
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import IntArray
-from vehicle_agent.perception.points.fine_cells import COUNT, TALL, TOP, UPPER, X, Y, cells_apart
+from vehicle_agent.perception.points.fine_cells import COUNT, UPPER, cells_apart
 
 # A gap of so many cells joins near the vehicle, and at most far from it, where beams are apart.
 _NEAR_CELLS, _FAR_CELLS = 2, 4
@@ -164,23 +164,3 @@ def _steepest(places: np.ndarray, index: np.ndarray, mass: np.ndarray, labels: n
             ):
                 best = b
     return best
-
-
-@njit(cache=True)
-def extents(values: np.ndarray, labels: np.ndarray, count: int) -> np.ndarray:
-    """(objects, 6) greatest extent along x and y, top, tall, returns, returns above the chest."""
-    low = np.full((count, 2), 1e9)
-    high = np.full((count, 2), -1e9)
-    found = np.zeros((count, 6))
-    for a in range(values.shape[0]):
-        n = labels[a]
-        for axis, column in ((0, X), (1, Y)):
-            low[n, axis] = min(low[n, axis], values[a, column])
-            high[n, axis] = max(high[n, axis], values[a, column])
-        found[n, 2] = max(found[n, 2], values[a, TOP])
-        found[n, 3] = max(found[n, 3], values[a, TALL])
-        found[n, 4] += values[a, COUNT]
-        found[n, 5] += values[a, UPPER]
-    for n in range(count):
-        found[n, 0], found[n, 1] = high[n, 0] - low[n, 0], high[n, 1] - low[n, 1]
-    return found

@@ -135,13 +135,18 @@ def _ground_in_block(
     least = expected - min(tolerance, drop_m)
     for a in range(i * BLOCK, (i + 1) * BLOCK):
         for b in range(j * BLOCK, (j + 1) * BLOCK):
-            if least <= lowest[a, b] <= expected + tolerance:
-                minima[count] = lowest[a, b]
+            value = lowest[a, b]
+            if least <= value <= expected + tolerance:
+                # Sorted as they come: there are sixteen at most.
+                k = count
+                while k > 0 and minima[k - 1] > value:
+                    minima[k] = minima[k - 1]
+                    k -= 1
+                minima[k] = value
                 count += 1
     if count == 0:
         return False, 0.0
-    ordered = np.sort(minima[:count])
-    return True, ordered[count // 4]
+    return True, minima[count // 4]
 
 
 @njit(cache=True)

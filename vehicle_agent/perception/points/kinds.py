@@ -26,11 +26,13 @@ class KindGates(NamedTuple):
     ring_rad        angle between the lidar's rings: a person's head may be so far above the highest return
     person_*        height, length and width of the visible part of a person
     cyclist_*, car_*   the same of riders on their cycle, and of cars, trucks and shuttles
+    whole_car_*     of a car of which roof or both sides are seen
     tall_m          what goes on above this is a post, a trunk or a wall
     flat_m          cells of a car lie so near to its sides, in the mean
+    near_m          nearer than this legs may not be seen
     """
 
-    ring_rad: float = 0.035
+    ring_rad: float = 0.025
     person_top_m: tuple[float, float] = (1.2, 2.05)
     person_length_m: tuple[float, float] = (0.2, 0.95)
     person_width_m: tuple[float, float] = (0.05, 0.75)
@@ -40,16 +42,21 @@ class KindGates(NamedTuple):
     car_top_m: tuple[float, float] = (1.25, 3.6)
     car_length_m: tuple[float, float] = (1.5, 9.0)
     car_width_m: tuple[float, float] = (0.1, 2.7)
+    whole_car_length_m: tuple[float, float] = (3.2, 8.5)
+    whole_car_width_m: tuple[float, float] = (1.4, 2.6)
     tall_m: float = 2.15
     flat_m: float = 0.3
+    near_m: float = 6.0
 
 
 def kind_scores(boxes: Array, gates: KindGates) -> Array:
     """(n, 4) how well each row of `object_boxes` fits each of TRACK_KINDS, 0 to 1; `other`: the rest."""
-    ring_m = gates.ring_rad * np.hypot(boxes[:, BX], boxes[:, BY])
+    ranges = np.hypot(boxes[:, BX], boxes[:, BY])
+    ring_m = gates.ring_rad * ranges
     top, tall = boxes[:, B_TOP], boxes[:, B_TALL]
     length, width = boxes[:, LENGTH], boxes[:, WIDTH]
-    stands = _below(boxes[:, B_LOW], 0.9, 0.3)
+    # Feet beside the vehicle are below its lowest rings.
+    stands = _below(boxes[:, B_LOW] - np.where(ranges < gates.near_m, 0.5, 0.0), 0.9, 0.3)
     short = _below(tall, gates.tall_m, 0.15)
     upright = np.clip(boxes[:, ABOVE_CHEST] / np.maximum(1.0, 0.25 * boxes[:, RETURNS]), 0.0, 1.0)
     scores = np.zeros((len(boxes), len(TRACK_KINDS)))
@@ -68,16 +75,15 @@ def kind_scores(boxes: Array, gates: KindGates) -> Array:
         * short
         * stands
     )
-    faces = np.maximum(
-        short, _within(width, (1.4, gates.car_width_m[1]), 0.2) * _within(length, (2.5, 9.0), 0.5)
-    )
+    # Of a car whose roof is seen the cells fill the box; a narrower thing must be flat sides.
+    whole = _within(length, gates.whole_car_length_m, 0.3) * _within(width, gates.whole_car_width_m, 0.2)
     scores[:, VEHICLE] = (
         _within(top, gates.car_top_m, 0.1, ring_m)
         * _within(length, gates.car_length_m, 0.3)
         * _within(width, gates.car_width_m, 0.2)
-        * _below(boxes[:, GAP], gates.flat_m, 0.1)
+        * np.maximum(whole, _below(boxes[:, GAP], gates.flat_m, 0.1))
+        * np.maximum(whole, short)
         * stands
-        * faces
     )
     scores[:, OTHER] = 1.0 - scores.max(axis=1)
     return scores

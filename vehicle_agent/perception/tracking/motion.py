@@ -40,7 +40,8 @@ def predict(means: Array, covariances: Array, weights: Array, noise: Array, stay
         for m in range(MODELS):
             jacobian = _turned(mixed[m], dt_s)
             means[n, m] = mixed[m]
-            moved = jacobian @ mixed_covariances[m] @ jacobian.T
+            moved = covariances[n, m]
+            _transformed(jacobian, mixed_covariances[m], moved)
             accel2 = noise[n, m, 0] ** 2
             for axis in range(2):
                 moved[axis, axis] += 0.25 * dt_s**4 * accel2
@@ -48,7 +49,23 @@ def predict(means: Array, covariances: Array, weights: Array, noise: Array, stay
                 moved[axis + 2, axis] += 0.5 * dt_s**3 * accel2
                 moved[axis + 2, axis + 2] += dt_s**2 * accel2
             moved[TURN, TURN] += (noise[n, m, 1] * dt_s) ** 2
-            covariances[n, m] = moved
+
+
+@njit(cache=True)
+def _transformed(jacobian: Array, covariance: Array, result: Array) -> None:
+    """Sets result to jacobian covariance jacobian'."""
+    half = np.zeros((STATES, STATES))
+    for i in range(STATES):
+        for k in range(STATES):
+            if jacobian[i, k] != 0.0:
+                for j in range(STATES):
+                    half[i, j] += jacobian[i, k] * covariance[k, j]
+    for i in range(STATES):
+        for j in range(STATES):
+            total = 0.0
+            for k in range(STATES):
+                total += half[i, k] * jacobian[j, k]
+            result[i, j] = total
 
 
 @njit(cache=True)
@@ -74,7 +91,9 @@ def _mix(
 @njit(cache=True)
 def _turned(state: Array, dt_s: float) -> Array:
     """Moves a state on, in place; the Jacobian (5, 5)."""
-    jacobian = np.eye(STATES)
+    jacobian = np.zeros((STATES, STATES))
+    for i in range(STATES):
+        jacobian[i, i] = 1.0
     vx, vy, turn = state[VX], state[VY], state[TURN]
     if abs(turn) < _STRAIGHT:
         jacobian[PX, VX] = jacobian[PY, VY] = dt_s
@@ -119,28 +138,36 @@ def update(means: Array, covariances: Array, weights: Array, rows: np.ndarray, m
     """Corrects tracks by their measurements, in place.
 
     rows (k,) of the tracks, measured (k, 6): see the columns above; NaN velocity: none
+
+    The errors of one measurement's values are independent, so they are taken one after the other: the same
+    result without an inverse.
     """
     likelihood = np.empty(MODELS)
+    gain = np.empty(STATES)
     for k in range(rows.shape[0]):
-        t, z = rows[k], measured[k]
-        size = 2 if math.isnan(z[ZVX]) else 4
+        t = rows[k]
+        size = 2 if math.isnan(measured[k, ZVX]) else 4
         for m in range(MODELS):
-            innovation = z[:size] - means[t, m, :size]
-            spread = covariances[t, m, :size, :size].copy()
+            mean, covariance = means[t, m], covariances[t, m]
+            exponent, spread_product = 0.0, 1.0
             for i in range(size):
-                spread[i, i] += z[Z_VAR] if i < 2 else z[ZV_VAR]
-            inverse = np.linalg.inv(spread)
-            gain = np.ascontiguousarray(covariances[t, m, :, :size]) @ inverse
-            means[t, m] += gain @ innovation
-            corrected = covariances[t, m] - gain @ spread @ gain.T
-            covariances[t, m] = 0.5 * (corrected + corrected.T)
-            exponent = min(innovation @ inverse @ innovation, 60.0)
-            likelihood[m] = math.exp(-0.5 * exponent) / math.sqrt(np.linalg.det(spread))
+                spread = covariance[i, i] + measured[k, Z_VAR if i < 2 else ZV_VAR]
+                innovation = measured[k, i] - mean[i]
+                exponent += innovation * innovation / spread
+                spread_product *= spread
+                for j in range(STATES):
+                    gain[j] = covariance[j, i] / spread
+                for j in range(STATES):
+                    mean[j] += gain[j] * innovation
+                    for n in range(STATES):
+                        covariance[j, n] -= gain[j] * gain[n] * spread
+            likelihood[m] = math.exp(-0.5 * min(exponent, 60.0)) / math.sqrt(spread_product)
         total = 0.0
         for m in range(MODELS):
             weights[t, m] = max(weights[t, m] * likelihood[m], 1e-12)
             total += weights[t, m]
-        weights[t] /= total
+        for m in range(MODELS):
+            weights[t, m] /= total
 
 
 @njit(cache=True)
