@@ -107,7 +107,7 @@ def _may_be_group(boxes: Array, scores: Array, params: ClusterParams) -> np.ndar
     wide: np.ndarray = (
         (boxes[:, LENGTH] > 0.75)
         & (boxes[:, LENGTH] <= params.group_m_max)
-        & (boxes[:, B_TOP] >= gates.person_top_m[0])
+        & (boxes[:, B_TOP] >= gates.person_top_m[0] - 0.5 * gates.person_soft_m)
         & ((boxes[:, B_TALL] <= gates.tall_m + 0.15) | (boxes[:, LENGTH] <= params.pair_m_max))
         & ((scores[:, VEHICLE] < 0.9) | (boxes[:, LENGTH] <= params.pair_m_max))
         & (boxes[:, ABOVE_CHEST] >= 6.0)

@@ -24,16 +24,17 @@ class KindGates(NamedTuple):
     """Sizes in m. Each gate falls from 1 to 0 over its softness.
 
     ring_rad        angle between the lidar's rings: a person's head may be so far above the highest return
-    person_*        height, length and width of the visible part of a person
+    person_*        height, length and width of the visible part of a person; how softly a child is one
     cyclist_*, car_*   the same of riders on their cycle, and of cars, trucks and shuttles
     whole_car_*     of a car of which roof or both sides are seen
     tall_m          what goes on above this is a post, a trunk or a wall
     flat_m          cells of a car lie so near to its sides, in the mean
-    near_m          nearer than this legs may not be seen
+    hidden_m        so much of the lower part may be hidden
     """
 
-    ring_rad: float = 0.025
-    person_top_m: tuple[float, float] = (1.2, 2.05)
+    ring_rad: float = 0.015
+    person_top_m: tuple[float, float] = (1.4, 2.05)
+    person_soft_m: float = 0.35
     person_length_m: tuple[float, float] = (0.2, 0.95)
     person_width_m: tuple[float, float] = (0.05, 0.75)
     cyclist_top_m: tuple[float, float] = (1.4, 2.1)
@@ -46,22 +47,25 @@ class KindGates(NamedTuple):
     whole_car_width_m: tuple[float, float] = (1.4, 2.6)
     tall_m: float = 2.15
     flat_m: float = 0.3
-    near_m: float = 6.0
+    hidden_m: float = 1.45
 
 
 def kind_scores(boxes: Array, gates: KindGates) -> Array:
     """(n, 4) how well each row of `object_boxes` fits each of TRACK_KINDS, 0 to 1; `other`: the rest."""
-    ranges = np.hypot(boxes[:, BX], boxes[:, BY])
-    ring_m = gates.ring_rad * ranges
+    ring_m = gates.ring_rad * np.hypot(boxes[:, BX], boxes[:, BY])
     top, tall = boxes[:, B_TOP], boxes[:, B_TALL]
     length, width = boxes[:, LENGTH], boxes[:, WIDTH]
-    # Feet beside the vehicle are below its lowest rings.
-    stands = _below(boxes[:, B_LOW] - np.where(ranges < gates.near_m, 0.5, 0.0), 0.9, 0.3)
-    short = _below(tall, gates.tall_m, 0.15)
+    # Something nearer, or the vehicle's own side, may hide the legs.
+    stands = _below(boxes[:, B_LOW], gates.hidden_m, 0.2)
+    # Where nothing is between the top and the vehicle's height, what is higher is another thing: a crown.
+    short = _below(np.where(top < gates.person_top_m[1] - 0.1, top, tall), gates.tall_m, 0.15)
     upright = np.clip(boxes[:, ABOVE_CHEST] / np.maximum(1.0, 0.25 * boxes[:, RETURNS]), 0.0, 1.0)
     scores = np.zeros((len(boxes), len(TRACK_KINDS)))
     scores[:, PEDESTRIAN] = (
-        _within(top, gates.person_top_m, 0.12, ring_m)
+        np.minimum(
+            _within(top, (gates.person_top_m[0], 9.0), gates.person_soft_m, ring_m),
+            _below(top, gates.person_top_m[1], 0.12),
+        )
         * _within(length, gates.person_length_m, 0.1)
         * _within(width, gates.person_width_m, 0.1)
         * short
