@@ -1,0 +1,1 @@
+"""What perception from points finds in annotated sweeps."""
