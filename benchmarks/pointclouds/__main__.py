@@ -4,7 +4,8 @@ DIR has `NAME.pcd` (x, y, z, intensity; metres, sensor frame, z up) beside `NAME
 width, height, yaw, track; the same frame). Height and tilt of the sensor are estimated. Each row is a range:
 
 boxes              pedestrians' boxes; with_returns: of them, those that hold a return above the feet
-obstacle_pct       of those with returns, the ones with an obstacle cell in the box; all_pct: of all boxes
+obstacle_pct       of those with returns, the ones with an obstacle cell or object in the box
+all_pct            the same of all boxes
 five_returns_pct   the same of those with five returns or more
 pedestrian_pct     of those with returns, the ones in which an object is called a pedestrian
 height_map_pct     of those with returns, the ones with a cell of the plain height map (GEM) in the box

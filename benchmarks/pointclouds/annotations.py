@@ -25,11 +25,12 @@ _NAMES = {
     "time": ("time", "timestamp", "stamp", "t", "time_s"),
 }
 _NEEDED = ("class", "x", "y", "z", "length", "width", "height")
-# Parts of class names, the first that is in one says the kind: a bicycle's rack is no cyclist.
+# Parts of class names; the first one found says the kind: a bicycle's rack is no cyclist.
 _WORDS: tuple[tuple[str, int], ...] = (
     ("rack", OTHER), ("cone", OTHER), ("barrier", OTHER), ("debris", OTHER), ("animal", OTHER),
     ("static", OTHER), ("pushable", OTHER), ("dontcare", OTHER), ("ignore", OTHER), ("sign", OTHER),
-    ("cyclist", CYCLIST), ("rider", CYCLIST), ("bicycle", CYCLIST), ("bike", CYCLIST), ("motorcycle", CYCLIST),
+    ("cyclist", CYCLIST), ("rider", CYCLIST), ("bicycle", CYCLIST), ("bike", CYCLIST),
+    ("motorcycle", CYCLIST),
     ("pedestrian", PEDESTRIAN), ("person", PEDESTRIAN), ("human", PEDESTRIAN), ("people", PEDESTRIAN),
     ("vehicle", VEHICLE), ("car", VEHICLE), ("truck", VEHICLE), ("bus", VEHICLE), ("van", VEHICLE),
     ("trailer", VEHICLE), ("tram", VEHICLE),

@@ -22,9 +22,11 @@ _FEET_M = 0.15
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepResult:
-    """By box: ranges_m, kinds, returns (in it, above its feet), as_obstacle, as_pedestrian, by_height_map (n,).
+    """What one sweep shows.
 
-    By cell with returns: cell_ranges_m, flagged, flagged_by_height_map, in_box (k,)
+    By box (n,): ranges_m, kinds, returns in it above its feet; as_obstacle: an obstacle cell or an object's
+    middle is in it; as_pedestrian, by_height_map
+    By cell with returns (k,): cell_ranges_m, flagged, flagged_by_height_map, in_box
     """
 
     ranges_m: Array
@@ -66,7 +68,10 @@ def judged(points_sensor: np.ndarray, boxes: Annotations, grid: PointGrid) -> Sw
         inside = within(points_sensor[:, :2], centre, size, yaw, 0.0)
         z = points_sensor[:, 2] - (centre[2] - 0.5 * size[2])
         returns[k] = np.count_nonzero(inside & (z > _FEET_M) & (z < size[2]))
-        as_obstacle[k] = within(cells, centre, size, yaw, half_cell_m).any()
+        as_obstacle[k] = (
+            within(cells, centre, size, yaw, half_cell_m).any()
+            or within(seen.poses_base[:, :2], centre, size, yaw, 0.0).any()
+        )
         as_pedestrian[k] = within(people, centre, size, yaw, _MIDDLE_M).any()
         by_height_map[k] = within(peer_cells, centre, size, yaw, half_cell_m).any()
     used = _middles(np.unique(heights.cell_of[heights.cell_of >= 0]), heights.top_m.shape[1], grid)

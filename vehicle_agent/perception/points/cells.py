@@ -9,6 +9,7 @@ from numba import njit
 from contract.geometry import Array
 from vehicle_agent.perception.points.grid import BLOCK, PointGrid
 from vehicle_agent.perception.points.ground import ground_blocks, lowest_returns
+from vehicle_agent.perception.points.outlines import outline
 from vehicle_agent.signals import ObstaclePercept
 
 
@@ -54,8 +55,8 @@ def point_heights(points_base: np.ndarray, grid: PointGrid) -> PointHeights:
 
 
 def percept_of(heights: PointHeights, stamp_ns: int, grid: PointGrid) -> ObstaclePercept:
-    """The obstacle cells as planning takes them."""
-    rows, columns = np.nonzero(heights.is_obstacle)
+    """The edges of obstacles as planning takes them."""
+    rows, columns = np.nonzero(outline(heights.is_obstacle, grid.gap_cells))
     cells: Array = np.column_stack(
         ((rows + 0.5) * grid.cell_m - grid.reach_back_m, (columns + 0.5) * grid.cell_m - grid.reach_side_m)
     )

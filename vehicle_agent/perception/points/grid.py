@@ -18,6 +18,7 @@ class PointGrid(NamedTuple):
     height_m, height_per_m   an obstacle is this much higher than its ground, and more with the distance
     height_m_max         an obstacle this high counts at any distance, and where no ground was seen
     kerb_m               what is no higher than this above the higher ground beside it is a kerb
+    gap_cells            narrower gaps inside an obstacle, in cells, are part of it
     points_min           returns in a cell and those around it that an obstacle needs, against dust
     """
 
@@ -37,4 +38,5 @@ class PointGrid(NamedTuple):
     height_per_m: float = 0.007
     height_m_max: float = 0.4
     kerb_m: float = 0.1
+    gap_cells: int = 5
     points_min: int = 2

@@ -12,7 +12,7 @@ _BIN_M = 0.1
 _NEAR_M = (0.5, 0.3, 0.15)
 # A sensor looks down on the ground: nothing nearer below it counts.
 _HEIGHT_M_MIN = 0.3
-_CELLS_MIN = 30
+_CELLS_MIN = 12
 
 
 class NoGroundError(ValueError):
@@ -22,8 +22,8 @@ class NoGroundError(ValueError):
 def ground_plane(points_sensor: np.ndarray) -> Array:
     """(3,) a, b, c of the ground around the sensor, z = a + b x + c y in its frame (z up).
 
-    points_sensor (n, 3). Of the lowest returns of small cells most lie on the ground: the plane begins level at
-    the height where most are, and is then fitted to those near it. Raises NoGroundError.
+    points_sensor (n, 3). Of the lowest returns of small cells most lie on the ground. The plane begins
+    level at the height where most are, and is then fitted to those near it. Raises NoGroundError.
     """
     lowest = _lowest_returns(np.asarray(points_sensor, dtype=np.float64))
     if len(lowest) < _CELLS_MIN:

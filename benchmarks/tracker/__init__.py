@@ -1,0 +1,1 @@
+"""How well tracks keep the identities of road users."""
