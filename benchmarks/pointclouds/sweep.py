@@ -43,7 +43,10 @@ class SweepResult:
 
 def grid_around(own_m: float, above_m: float) -> PointGrid:
     """Cells all around a sensor whose vehicle reaches own_m from it."""
-    return PointGrid(above_m, own_m, own_m, own_m, REACH_M, REACH_M, REACH_M, body_margin_m=0.0)
+    return PointGrid(
+        above_m, own_m, own_m, own_m, reach_front_m=REACH_M, reach_back_m=REACH_M, reach_side_m=REACH_M,
+        body_margin_m=0.0, body_trail_m=0.0,
+    )  # fmt: skip
 
 
 def judged(points_sensor: np.ndarray, boxes: Annotations, grid: PointGrid) -> SweepResult:

@@ -44,8 +44,8 @@ class Sequence10Hz:
 def read_sequences(folder: Path) -> tuple[list[Sequence10Hz], list[str]]:
     """(sequences, messages about what was left out) of all CSV files below a folder.
 
-    A file with a column `frame` or `time` is a sequence of its own. The others of one folder are the frames of
-    one sequence, in the order of their names.
+    A file with a column `frame` or `time` is a sequence of its own. The others of one folder are the frames
+    of one sequence, in the order of their names.
     """
     sequences, messages = [], []
     single: dict[Path, list[tuple[Path, Annotations]]] = defaultdict(list)

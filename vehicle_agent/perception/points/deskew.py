@@ -11,8 +11,9 @@ def straightened(
 ) -> np.ndarray:
     """(n, 3) float32 the points in the base frame of the stamp.
 
-    points_base (n, 3) float32, each in the base frame of its own moment; offsets_s (n,) float32 of that moment
-    from the stamp, before it negative; speed_mps, yaw_rate_radps of the vehicle meanwhile, as it measures them
+    points_base    (n, 3) float32, each in the base frame of its own moment
+    offsets_s      (n,) float32 of that moment from the stamp, before it negative
+    speed_mps, yaw_rate_radps   of the vehicle meanwhile, as it measures them
 
     The vehicle drives an arc. Pitch and roll are left out. Raises ValueError if the lengths differ.
     """

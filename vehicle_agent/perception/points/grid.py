@@ -11,6 +11,7 @@ class PointGrid(NamedTuple):
 
     above_m              returns higher than this above the ground below them pass over the vehicle
     body_*               the vehicle's outline; returns within body_margin_m of it are its own
+    body_trail_m         and behind it, since points are moved back by what the vehicle drove meanwhile
     reach_*              extent of the grid
     cell_m               side of a cell; the ground has a height in each block of 4 x 4 cells
     step_m, slope        ground may differ from the ground beside it by step_m and this slope
@@ -31,6 +32,7 @@ class PointGrid(NamedTuple):
     reach_side_m: float = 15.0
     cell_m: float = 0.25
     body_margin_m: float = 0.1
+    body_trail_m: float = 0.3
     step_m: float = 0.15
     slope: float = 0.12
     drop_m: float = 1.0

@@ -31,7 +31,7 @@ def lowest_returns(points: np.ndarray, grid: PointGrid) -> tuple[np.ndarray, np.
     """
     cell_m, back_m, side_m = grid.cell_m, grid.reach_back_m, grid.reach_side_m
     front_m = grid.body_front_m + grid.body_margin_m
-    rear_m = grid.body_back_m + grid.body_margin_m
+    rear_m = grid.body_back_m + grid.body_margin_m + grid.body_trail_m
     half_m = grid.body_half_width_m + grid.body_margin_m
     rows, columns = grid_shape(grid)
     lowest = np.full((rows, columns), EMPTY, np.float32)

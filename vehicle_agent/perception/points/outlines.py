@@ -12,7 +12,8 @@ def outline(is_obstacle: BoolArray, gap_cells: int) -> BoolArray:
     gap_cells  gaps of fewer cells than this inside an obstacle are part of it: no vehicle fits into them
 
     A hedge, a bush or a car that lidars look into has returns all over its inside. The gaps are closed, and
-    the cells whose eight neighbours are then all of the obstacle are inside (morphological closing and erosion).
+    the cells whose eight neighbours are then all of the obstacle are inside (morphological closing and
+    erosion).
     """
     width = gap_cells + (gap_cells + 1) % 2
     cells = is_obstacle.astype(np.uint8)

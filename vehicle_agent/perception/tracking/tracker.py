@@ -30,8 +30,8 @@ from vehicle_agent.signals.objects import SeenObjects
 
 # A finder is never surer of a kind than this, nor less than an even guess.
 _SURE, _EVEN = 0.9, 1.0 / len(TRACK_KINDS)
-# A track's size shrinks by this share in a scan in which it looks smaller.
-_SHRINK = 0.01
+# A track's size follows what looks larger fast, and what looks smaller slowly: that may be a hidden side.
+_GROW, _SHRINK, _PERSON_SHRINK = 0.4, 0.03, 0.1
 # How fast the direction of a standing box follows.
 _YAW_GAIN = 0.3
 # Above this speed a vehicle's or cyclist's direction is that of its motion, m/s.
@@ -138,11 +138,12 @@ class ObjectTracker(msgspec.Struct, frozen=True):
             size = aligned_sizes(tracks.yaws[t], yaws[d], seen.sizes_m[d])
             if kinds[t] == VEHICLE:
                 # What has come into view since lies beyond the sides seen before.
-                grown = np.maximum(size - tracks.sizes_m[t, :2], 0.0)
+                grown = _GROW * np.maximum(size - tracks.sizes_m[t, :2], 0.0)
                 before = tracks.means[t, 0, PX:VX]
                 tracks.means[t, :, PX:VX] += towards_far_side(before, viewpoint, tracks.yaws[t], grown)
-            known = tracks.sizes_m[t] * (1.0 - (0.1 if kinds[t] == PEDESTRIAN else _SHRINK))
-            tracks.sizes_m[t] = np.maximum(known, [size[0], size[1], seen.sizes_m[d, 2]])
+            off = np.array([size[0], size[1], seen.sizes_m[d, 2]]) - tracks.sizes_m[t]
+            shrink = _PERSON_SHRINK if kinds[t] == PEDESTRIAN else _SHRINK
+            tracks.sizes_m[t] += np.where(off > 0.0, _GROW, shrink) * off
         update(tracks.means, tracks.covariances, tracks.weights, rows, measured[columns])
         straight = (kinds != VEHICLE) & (kinds != CYCLIST)
         tracks.means[straight, :, TURN] = 0.0

@@ -13,7 +13,7 @@ class TrackTable(msgspec.Struct, frozen=True):
     ids (n,) int64
     means (n, 2, 5), covariances (n, 2, 5, 5), weights (n, 2)   see `motion`; map frame
     evidence (n, 4)      logarithms, by kind
-    sizes_m (n, 3)       length, width, height: the largest seen, which shrinks slowly
+    sizes_m (n, 3)       length, width, height: of what was seen of it, smaller values slowly
     yaws (n,)            of the length, map frame
     ages, hits, misses (n,) int64   scans since the first; scans with a measurement; scans since the last
     hidden (n,) int64    of the misses, those with something nearer in front of it
