@@ -58,7 +58,8 @@ def significant(velocities: Array, covariances: Array, still: float) -> Array:
 def _shown(
     tracks: TrackTable, kinds: np.ndarray, mean: Array, velocities: Array, params: TrackerParams
 ) -> BoolArray:
-    shown: BoolArray = tracks.is_confirmed & (tracks.misses <= params.shown_scans)
+    scans = np.minimum(params.shown_scans, 1 + params.shown_share * tracks.hits)
+    shown: BoolArray = tracks.is_confirmed & (tracks.misses <= scans)
     moved = np.hypot(mean[:, 0] - tracks.begins_map[:, 0], mean[:, 1] - tracks.begins_map[:, 1])
     moves = (
         (moved >= params.moved_m)

@@ -35,7 +35,8 @@ class TrackerParams(NamedTuple):
     tentative_misses a new track ends after so many misses
     coast_scans      a missed track goes on for so long where nothing hides it
     hidden_scans     and for so long where something nearer does
-    shown_scans      a hidden track is shown for so long
+    shown_scans, shown_share   a missed track is shown for so long, and at most for this share of its hits
+    person_mps_max   what moves faster is no pedestrian
     forget           share of the evidence of kinds that is left after a scan
     velocity_std_mps of velocities that a finder measures
     score_min        objects with a lower score begin no track
@@ -55,6 +56,8 @@ class TrackerParams(NamedTuple):
     coast_scans: int = 5
     hidden_scans: int = 20
     shown_scans: int = 10
+    shown_share: float = 0.3
+    person_mps_max: float = 3.2
     forget: float = 0.9
     velocity_std_mps: float = 0.4
     score_min: float = 0.25

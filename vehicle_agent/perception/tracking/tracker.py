@@ -32,6 +32,8 @@ from vehicle_agent.signals.objects import SeenObjects
 _SURE, _EVEN = 0.9, 1.0 / len(TRACK_KINDS)
 # A track's size follows what looks larger fast, and what looks smaller slowly: that may be a hidden side.
 _GROW, _SHRINK, _PERSON_SHRINK = 0.4, 0.03, 0.1
+# Evidence against a pedestrian who is faster than people run, in each scan.
+_TOO_FAST = 3.0
 # How fast the direction of a standing box follows.
 _YAW_GAIN = 0.3
 # Above this speed a vehicle's or cyclist's direction is that of its motion, m/s.
@@ -148,6 +150,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         straight = (kinds != VEHICLE) & (kinds != CYCLIST)
         tracks.means[straight, :, TURN] = 0.0
         speed = np.hypot(tracks.means[:, 0, VX], tracks.means[:, 0, VX + 1])
+        tracks.evidence[rows[speed[rows] > params.person_mps_max], PEDESTRIAN] -= _TOO_FAST
         for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
             if speed[t] > _HEADING_MPS:
                 mean = tracks.weights[t] @ tracks.means[t]
