@@ -104,7 +104,7 @@ marked = $(shell grep -rl --include='test_*.py' 'mark\.$(1)\b' tests)
 # last, and one of two processes would wait for the other.
 test-short:
 	cd web && npm test --silent
-	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m "$(SHORT)"
+	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder --durations 25 -m "$(SHORT)"
 
 test-real:
 	$(PY) -m pytest -m "real and not browser and not faults" $(call marked,real)

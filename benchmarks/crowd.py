@@ -21,7 +21,7 @@ from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
 from campusloop.scenes.crowd_clips import PEOPLE, ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
-from campusloop.scenes.stacks import profile_of
+from campusloop.scenes.stacks import perceiving, profile_of
 from simulator.traffic.aware.reproduction import Reproduction
 from simulator.traffic.recordings import Clip, RecordingError, drone_clips
 from vehicle_agent.config import ProfileError
@@ -34,7 +34,8 @@ def main() -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     try:
         clips = drone_clips(arguments.folder)
-        profiles = {stack: profile_of(stack) for stack in arguments.stacks.split(",")}
+        own = arguments.perception == "own"
+        profiles = {stack: perceiving(profile_of(stack), own) for stack in arguments.stacks.split(",")}
     except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
     for clip in clips:
@@ -58,6 +59,7 @@ def main() -> None:
         {
             "folder": str(arguments.folder),
             "stacks": arguments.stacks,
+            "perception": arguments.perception,
             "people": arguments.people,
             "seed": arguments.seed,
         }
@@ -171,6 +173,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--stacks", default="snow_lion,gem,nus", help="with commas between")
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
     parser.add_argument("--plant-seed", type=int, help="of the vehicle's dynamics; nominal without it")
+    parser.add_argument(
+        "--perception",
+        choices=("tracker", "own"),
+        default="tracker",
+        help="road users by a tracker of the truth with noise, or found in simulated scans",
+    )
     add_log_arguments(parser)
     return parser.parse_args()
 

@@ -142,7 +142,7 @@ class SimWorld:
         self.trackers = {
             v: Tracker(options.tracker, edges, profile.lidar.x_m, self._rng(f"tracker {v}"))
             for v, profile in profiles.items()
-            if profile.tracks_road_users
+            if profile.has_tracker
         }
         self._lidar_rngs = {v: self._rng(f"lidar {v}") for v in profiles}
         self._scan_due_ns: dict[str, int] = {}

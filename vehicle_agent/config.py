@@ -234,11 +234,16 @@ class Signalling(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms."""
+    """Everything about one kind of vehicle; `stack` names the implementation that fills the rooms.
+
+    perception  who finds road users: "own" the agent in its lidars' scans, "tracker" another computer on the
+                vehicle, which sends tracks. Simulated trackers are made of the truth
+    """
 
     name: str = "campus-shuttle"
     stack: Literal["gem", "nus", "snow_lion"] = "gem"
     fail_action: Literal["coast", "spring_brake"] = "coast"
+    perception: Literal["own", "tracker"] = "tracker"
     body: Body = Body()
     tyres: Tyres = Tyres()
     limits: Limits = Limits()
@@ -255,6 +260,11 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def tracks_road_users(self) -> bool:
         """The stack's perception tracks road users; GEM's has obstacle cells only."""
         return self.stack in ("nus", "snow_lion")
+
+    @property
+    def has_tracker(self) -> bool:
+        """Tracks come from another computer of the vehicle."""
+        return self.tracks_road_users and self.perception == "tracker"
 
 
 def load_profile(path: FilePath) -> Profile:

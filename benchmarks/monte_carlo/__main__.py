@@ -42,7 +42,15 @@ def main() -> None:
         None if path is None else path.absolute() for path in (arguments.recordings, arguments.traces)
     )
     jobs = [
-        MonteCarloDrive(stack, seed, recordings, traces, logs, seed if arguments.plants == "random" else None)
+        MonteCarloDrive(
+            stack,
+            seed,
+            recordings,
+            traces,
+            logs,
+            seed if arguments.plants == "random" else None,
+            arguments.perception == "own",
+        )
         for stack in stacks
         for seed in range(first, first + arguments.runs)
     ]
@@ -67,6 +75,7 @@ def main() -> None:
         {
             "runs": arguments.runs,
             "stacks": arguments.stacks,
+            "perception": arguments.perception,
             "seed": first,
             "plants": arguments.plants,
             "recordings": str(arguments.recordings or ""),
@@ -128,6 +137,12 @@ def _arguments() -> argparse.Namespace:
         choices=("random", "nominal"),
         default="random",
         help="the vehicle's dynamics: drawn from the run's seed, or those of its profile",
+    )
+    parser.add_argument(
+        "--perception",
+        choices=("tracker", "own"),
+        default="tracker",
+        help="road users by a tracker of the truth with noise, or found in simulated scans",
     )
     add_log_arguments(parser)
     return parser.parse_args()

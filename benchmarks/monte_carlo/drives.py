@@ -10,7 +10,7 @@ from benchmarks.reporting.report import Row
 from benchmarks.reporting.run_logs import LogChoice
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.random_crowds import RandomScene, SceneSources, draw_scene, scene_sources
-from campusloop.scenes.stacks import profile_of
+from campusloop.scenes.stacks import perceiving, profile_of
 from campusloop.scenes.stalls import stalls
 
 _MAPS = Path(__file__).resolve().parents[2] / "maps"
@@ -29,6 +29,7 @@ class MonteCarloDrive:
     traces: Path | None
     logs: LogChoice
     plant_seed: int | None = None
+    own_perception: bool = False
 
 
 @lru_cache(maxsize=1)
@@ -39,7 +40,9 @@ def sources(recordings: Path | None) -> SceneSources:
 
 def drive(job: MonteCarloDrive) -> Row:
     """One drive; in a sparse crowd also the same drive without people."""
-    drawn = draw_scene(sources(job.recordings), profile_of(job.stack), job.seed)
+    drawn = draw_scene(
+        sources(job.recordings), perceiving(profile_of(job.stack), job.own_perception), job.seed
+    )
     scene = drawn.scene.with_plant(job.plant_seed)
     run = SceneDrive(scene, job.logs.of(drawn.scene.name)).run()
     if job.traces is not None:

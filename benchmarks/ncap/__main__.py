@@ -19,6 +19,7 @@ from benchmarks.reporting.run_logs import add_log_arguments, log_choice
 from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
 from campusloop.scenes.protection.cells import cells
+from campusloop.scenes.stacks import perceiving
 from vehicle_agent.config import ProfileError, load_profile
 
 _PROFILE = Path(__file__).resolve().parents[2] / "vehicle_agent" / "profiles" / "snow-lion.toml"
@@ -57,6 +58,7 @@ def main() -> None:
         "ncap",
         {
             "profile": str(arguments.profile),
+            "perception": arguments.perception,
             "every": arguments.every,
             "seed": arguments.seed,
             "plants": arguments.plants,
@@ -71,7 +73,7 @@ def main() -> None:
 
 def cell_drives(arguments: argparse.Namespace) -> Iterator[CellDrive]:
     """Every Nth cell; a cell has the same vehicle whichever others are driven. Raises ProfileError."""
-    profile = load_profile(arguments.profile)
+    profile = perceiving(load_profile(arguments.profile), arguments.perception == "own")
     logs = log_choice(arguments)
     traces = None if arguments.traces is None else arguments.traces.absolute()
     for number, cell in list(enumerate(cells(profile.body)))[:: arguments.every]:
@@ -80,7 +82,7 @@ def cell_drives(arguments: argparse.Namespace) -> Iterator[CellDrive]:
 
 def street_drives(arguments: argparse.Namespace) -> Iterator[StreetDrive]:
     """Raises ProfileError."""
-    profile = load_profile(arguments.profile)
+    profile = perceiving(load_profile(arguments.profile), arguments.perception == "own")
     for number in range(round(1e3 * arguments.street_km / STREET_M)):
         yield StreetDrive(profile, arguments.seed + number, _plant_seed(arguments, number))
 
@@ -137,6 +139,12 @@ def _arguments() -> argparse.Namespace:
         help="the vehicles' dynamics: drawn from the seed for each cell and street, or those of the profile",
     )
     parser.add_argument("--plant-seed", type=int, help="one drawn vehicle for all cells and streets")
+    parser.add_argument(
+        "--perception",
+        choices=("tracker", "own"),
+        default="tracker",
+        help="road users by a tracker of the truth with noise, or found in simulated scans",
+    )
     add_log_arguments(parser)
     return parser.parse_args()
 

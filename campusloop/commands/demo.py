@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
+from campusloop.commands.perceiving import Perception, perceiving_profile
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
@@ -67,6 +68,10 @@ def demo(
     point_map: Annotated[
         Path | None, typer.Option(help="For scans: folder of a point map; var/point-maps/CAMPUS without it.")
     ] = None,
+    perception: Annotated[
+        Perception | None,
+        typer.Option(help="own: road users are found in the lidars' scans (needs --scene); tracker: given."),
+    ] = None,
     campus_sky: Annotated[
         bool,
         typer.Option("--campus-sky", help="Headless: buildings hide satellites and reflect their signals."),
@@ -83,6 +88,8 @@ def demo(
     count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
     try:
         profile = chosen_profile(localization, profile)
+        kept = folder or (HEADLESS if headless else Path("var/demo"))
+        profile = perceiving_profile(perception, profile, kept.parent, has_scene=scene)
         chosen = Profile() if profile is None else load_profile(profile)
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         prepare_kernels(for_campus(chosen.stack, by_scans=points is not None), console)

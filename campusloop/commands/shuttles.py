@@ -13,6 +13,7 @@ import typer
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
+from campusloop.commands.perceiving import Perception, perceiving_profile
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
@@ -67,6 +68,10 @@ def shuttles(
     point_map: Annotated[
         Path | None, typer.Option(help="For scans: folder of a point map; var/point-maps/CAMPUS without it.")
     ] = None,
+    perception: Annotated[
+        Perception | None,
+        typer.Option(help="own: road users are found in the lidars' scans (needs --scene); tracker: given."),
+    ] = None,
     base_port: Annotated[int, typer.Option(help="First of the loopback ports used.")] = BASE_PORT,
     wait_s: Annotated[float, typer.Option(min=0.0, help="How long the server may take to be ready.")] = 120.0,
 ) -> None:
@@ -76,6 +81,7 @@ def shuttles(
         if not password:
             _refuse(f"set {PASSWORD}, or {PASSWORD}_FILE to a file with it: the password of {operator}")
         profile = chosen_profile(localization, profile)
+        profile = perceiving_profile(perception, profile, folder, has_scene=scene)
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         stack = (Profile() if profile is None else load_profile(profile)).stack
         prepare_kernels((*SIMULATOR, *for_vehicle(stack, by_scans=points is not None)), console)

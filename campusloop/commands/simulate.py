@@ -13,6 +13,7 @@ from rich.console import Console
 from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
+from campusloop.commands.perceiving import Perception
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_campus
 from campusloop.live.simulation import simulate_vehicles
@@ -33,6 +34,7 @@ class _LocalizedBy:
     point_map: Path | None
     scene: bool
     campus_sky: bool
+    own_perception: bool = False
 
     def point_map_of(self, stack: str, campus_map: Path) -> Path | None:
         """Raises ProfileError, LocalizationMapError, MapError."""
@@ -80,6 +82,10 @@ def simulate(
     campus_sky: Annotated[
         bool, typer.Option("--campus-sky", help="with --km: buildings hide and reflect satellites")
     ] = False,
+    perception: Annotated[
+        Perception,
+        typer.Option(help="with --km: road users by a tracker of the truth, or own (needs --scene)"),
+    ] = Perception.TRACKER,
 ) -> None:
     """Simulate vehicles in real time until Ctrl-C; each has a CAN bus of its own."""
     console = Console()
@@ -87,11 +93,15 @@ def simulate(
         maps = SHIPPED_MAPS if map_path is None else (map_path,)
         if point_map is not None and map_path is None:
             _refuse(console, "a point map is of one campus: name it with --map")
-        by = _LocalizedBy(localization, point_map, scene, campus_sky)
+        own = perception is Perception.OWN
+        if own and not scene:
+            _refuse(console, "--perception own needs --scene, for its lidars to see people in")
+        by = _LocalizedBy(localization, point_map, scene, campus_sky, own)
         _drive_km(console, maps, stack, km, seed, workers, cluster, shift_s, out, plant_seed, by)
         return
-    if localization is not Localization.GNSS or point_map is not None or campus_sky:
-        _refuse(console, "agents localize the vehicles; these options are for drives with --km")
+    agents = localization is not Localization.GNSS or perception is not Perception.TRACKER
+    if agents or point_map is not None or campus_sky:
+        _refuse(console, "agents localize and perceive; these options are for drives with --km")
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
     ensure_kernels(SIMULATOR)
@@ -133,7 +143,12 @@ def _drive_km(
         driven = profile_of(stack).stack
         by_scans = localized.localization is Localization.SCANS
         surroundings = {
-            place: Surroundings(localized.scene, localized.campus_sky, localized.point_map_of(stack, place))
+            place: Surroundings(
+                localized.scene,
+                localized.campus_sky,
+                localized.point_map_of(stack, place),
+                localized.own_perception,
+            )
             for place in places
         }
         ensure_kernels(for_campus(driven, by_scans=by_scans))

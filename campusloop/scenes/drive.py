@@ -25,6 +25,7 @@ from contract.roads.routing import ReferenceLine, Route, route_line
 from contract.runlog.records import RunHeader
 from contract.wire.messages import Command
 from simulator.riders import NoPhones
+from simulator.sensors.scene_lidars import open_square
 from simulator.traffic.actors import Actors
 from simulator.world import SimWorld, WorldOptions
 from vehicle_agent.config import Profile
@@ -34,7 +35,7 @@ from vehicle_agent.runtime.processes.agent import SOFTWARE
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles
 from vehicle_agent.signals import LinkMessage, Outputs
-from vehicle_agent.stacks.choice import Planner, build_car
+from vehicle_agent.stacks.choice import Planner, build_car, worker_tracks
 
 VEHICLE_ID = "shuttle"
 _START_NS = 1_000_000_000
@@ -136,6 +137,9 @@ class SceneDrive:
         self._segment = int(np.searchsorted(self._way.s, scene.start_s_m))
         self._start = Pose2(*pose_at(self._way.points, self._way.s, scene.start_s_m))
         options = replace(scene.options, actors=scene.actors)
+        if worker_tracks(profile) and options.scene is None:
+            # A shuttle that finds people by itself has to have people to look at, not posts and boxes.
+            options = replace(options, scene=open_square(scene.seed))
         roads = {f"{VEHICLE_ID}-{k}": road for k, road in enumerate(scene.others, start=2)}
         starts = {VEHICLE_ID: self._start} | {name: road.start for name, road in roads.items()}
         self.world = SimWorld(

@@ -1,5 +1,7 @@
 """The vehicle of each stack, for scenes that compare the stacks."""
 
+import msgspec
+
 from campusloop.shipped import PROFILES
 from vehicle_agent.config import Profile, ProfileError, load_profile
 
@@ -13,3 +15,8 @@ def profile_of(stack: str) -> Profile:
         known = ", ".join(name for name, file in PROFILE_OF_STACK.items() if (PROFILES / file).is_file())
         raise ProfileError(f"this version has no stack {stack!r}; it has: {known}")
     return load_profile(path)
+
+
+def perceiving(profile: Profile, own: bool) -> Profile:
+    """The profile with its own perception of road users, or with a tracker of the truth with noise."""
+    return msgspec.structs.replace(profile, perception="own" if own else "tracker")

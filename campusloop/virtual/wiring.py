@@ -21,7 +21,6 @@ from vehicle_agent.can.by_wire import braking_of
 from vehicle_agent.config import Profile
 from vehicle_agent.gate.gate import Gate, gate_of
 from vehicle_agent.localization.worker import LocalizationWorker
-from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
@@ -32,14 +31,20 @@ from vehicle_agent.signals import (
     LocalizationJob,
     ObstaclePercept,
     Outputs,
+    Percept,
     PlanAnswer,
     PlanJob,
     ScanAnswer,
     TrackPercept,
 )
+from vehicle_agent.signals.objects import EgoMotion
 from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
-from vehicle_agent.stacks.choice import Planner, build_localization_worker, build_planner
-from vehicle_agent.stacks.rooms import height_map
+from vehicle_agent.stacks.choice import (
+    Planner,
+    build_localization_worker,
+    build_perception_worker,
+    build_planner,
+)
 
 # The worker's time for one scan, with the transport there and back.
 PERCEPT_DELAY_NS = 2 * STEP_NS
@@ -151,7 +156,7 @@ class WiredVehicle:
     planner      answers the jobs of a stack that makes any
     sent_frames  that the gate passed in the last step
     tick_wall_ns, tick_cpu_s  the last tick's times
-    plan_cpu_ms  CPU of each motion plan so far
+    plan_cpu_ms, percept_cpu_ms  CPU of each motion plan, and of the percepts of each scan so far
     localization  the worker of a vehicle with a point map
     """
 
@@ -168,14 +173,15 @@ class WiredVehicle:
         self._vehicle_id, self._world = vehicle_id, world
         self._profile, self._point_map = profile, point_map
         self._bus = WiredGate(vehicle_id, profile, world, mask)
-        self._height_map: HeightMap = height_map(profile)
+        self._perception = build_perception_worker(profile)
         self.planner: Planner | None = build_planner(profile, road_map)
-        self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
+        self._percepts: deque[tuple[int, Percept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.localization: WiredLocalization | None = self._new_localization()
         self.computer: VehicleComputer | None = None
         self.tick_wall_ns, self.tick_cpu_s = 0, 0.0
         self.plan_cpu_ms: list[float] = []
+        self.percept_cpu_ms: list[float] = []
         self.sent_frames = 0
 
     @property
@@ -193,6 +199,7 @@ class WiredVehicle:
         self._bus.restart_gate()
         self._bus.restart_inbox()
         self.localization = self._new_localization()
+        self._perception = build_perception_worker(self._profile)
         self.computer = computer
 
     def crash(self) -> None:
@@ -224,8 +231,10 @@ class WiredVehicle:
         for body in items:
             self._deliver("sensors", body, now_ns, input_filter)
         if scan is not None:
-            cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
-            self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
+            began_s = time.process_time()
+            for percept in self._perception.percepts(np.ascontiguousarray(scan[0]), scan[1], now_ns):
+                self._percepts.append((now_ns + PERCEPT_DELAY_NS, percept))
+            self.percept_cpu_ms.append(1e3 * (time.process_time() - began_s))
         # A stack's map is made by the sensor that it compares with it.
         placed = planar if self._profile.stack == "nus" else scan
         if placed is not None and self.localization is not None:
@@ -238,6 +247,8 @@ class WiredVehicle:
             source = MATCHED_SOURCE if isinstance(answer, MatchedScan) else "localization"
             self._deliver(source, answer, now_ns, input_filter)
         outputs = self._tick(self.computer, now_ns)
+        ego = outputs.flow.ego
+        self._perception.take(EgoMotion(now_ns, ego.speed_mps, ego.yaw_rate_radps))
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
         if self.localization is not None:
             self.localization.step(outputs.localization_jobs, now_ns)

@@ -34,7 +34,10 @@ class SceneOptions:
     """The surroundings of a world, for lidars that see them.
 
     seed      of what is permanent: facades, trees, hills; the same campus for all runs
-    four      four XT16 on each vehicle; otherwise the VLP-16 of its profile
+    four      four XT16 on each vehicle; otherwise only on those of the Snow Lion stack that find road users
+              by themselves: one on the roof sees nobody who is 2 m beside the vehicle. The rest have the
+              VLP-16 of their profile
+    is_furnished  trees, posts and parked vehicles beside the roads
     """
 
     seed: int = 1
@@ -42,11 +45,22 @@ class SceneOptions:
     ground: GroundParams = field(default_factory=GroundParams)
     four: bool = False
     rain_mm_per_h: float = 0.0
+    is_furnished: bool = True
+
+
+def open_square(seed: int) -> SceneOptions:
+    """Flat ground and buildings alone: recorded people walk where trees and posts would stand."""
+    level = GroundParams(grade_ratio=0.0, kerb_m=0.0, lowered_kerb_m=0.0)
+    return SceneOptions(seed=seed, ground=level, is_furnished=False)
 
 
 def scene_of_run(seed: int) -> SceneOptions:
     """The campus of every run, in which the run's seed parks the vehicles."""
     return SceneOptions(changes=WorldChanges(seed=seed))
+
+
+def _sees_around(profile: Profile) -> bool:
+    return profile.stack == "snow_lion" and profile.perception == "own"
 
 
 class SceneLidars:
@@ -56,7 +70,9 @@ class SceneLidars:
         self, road_map: RoadMap, profiles: dict[str, Profile], options: SceneOptions, fleet_numbers_from: int
     ) -> None:
         """Raises SceneError for a map without lanes."""
-        self.scene = StaticScene(road_map, options.seed, options.changes, options.ground)
+        self.scene = StaticScene(
+            road_map, options.seed, options.changes, options.ground, is_furnished=options.is_furnished
+        )
         self._scenes = MovingScenes(self.scene.ground, fleet_numbers_from)
         self._vehicles: dict[str, _VehicleLidars] = {}
         self._planar: dict[str, VehiclePlanarScanner] = {}
@@ -130,7 +146,7 @@ class _VehicleLidars:
                     mounted, scene, np.random.default_rng(rng.integers(1 << 62)), own, options.rain_mm_per_h
                 )
             )
-            for mounted in lidars_of(profile, options.four)
+            for mounted in lidars_of(profile, options.four or _sees_around(profile))
         )
         self._poses: deque[tuple[int, float, float, float]] = deque()
         self._moving: deque[MovingBodies] = deque()

@@ -1,4 +1,4 @@
-"""perception: the objects that one scan or picture shows, before they are tracked."""
+"""perception: what its worker gets from the tick, and what passes inside it before road users are tracked."""
 
 import msgspec
 import numpy as np
@@ -12,7 +12,7 @@ class SeenObjects(msgspec.Struct, frozen=True):
     scores (n,)          how sure the finder is of kind and place, 0 to 1
     poses_base (n, 3)    x, y, yaw of the middle of the outline, base frame at stamp_ns
     sizes_m (n, 3)       length along yaw, width, height
-    velocities_base_mps  (n, 2) over ground, along the axes of that base frame; NaN where the finder gives none
+    velocities_base_mps  (n, 2) over ground, along the axes of that frame; NaN where the finder gives none
     """
 
     stamp_ns: int
@@ -21,3 +21,14 @@ class SeenObjects(msgspec.Struct, frozen=True):
     poses_base: np.ndarray
     sizes_m: np.ndarray
     velocities_base_mps: np.ndarray
+
+
+class EgoMotion(msgspec.Struct, frozen=True, tag="ego_motion"):
+    """The vehicle's motion in one tick, from which the perception worker reckons its way between two scans.
+
+    Speed and yaw rate, not a pose: a corrected pose would move everything that stands.
+    """
+
+    stamp_ns: int
+    speed_mps: float
+    yaw_rate_radps: float

@@ -16,7 +16,9 @@ from vehicle_agent.localization.planar_map import stored_map as planar_map
 from vehicle_agent.localization.scan_map import stored_map as scan_map
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
+from vehicle_agent.perception.worker import CellsWorker, PerceptionWorker, TracksWorker
 from vehicle_agent.signals import PlanAnswer, PlanJob
+from vehicle_agent.stacks.rooms import height_map, point_perception
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks with a motion planner beside the tick.
@@ -73,6 +75,18 @@ def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
     from vehicle_agent.stacks.snow_lion import planner
 
     return planner(profile)
+
+
+def worker_tracks(profile: Profile) -> bool:
+    """The perception worker of this vehicle tracks road users, for which it needs the vehicle's motion."""
+    return profile.tracks_road_users and not profile.has_tracker
+
+
+def build_perception_worker(profile: Profile) -> PerceptionWorker:
+    """What makes percepts of the vehicle's scans, beside the tick."""
+    if not worker_tracks(profile):
+        return CellsWorker(height_map(profile))
+    return TracksWorker(point_perception(profile))
 
 
 def build_localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:

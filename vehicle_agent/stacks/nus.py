@@ -26,7 +26,7 @@ from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.stacks.gem import gem
-from vehicle_agent.stacks.rooms import cells, rear_slip_per_mps2, waypoint_control
+from vehicle_agent.stacks.rooms import cells, rear_slip_per_mps2, smoothing, waypoint_control
 
 # The look-ahead of 3 m is sufficient up to this speed.
 SPEED_MPS_MAX = 2.0
@@ -42,7 +42,9 @@ def nus(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
     return Car(
         can=base.can,
         localization=planar_localization(profile, road_map) if by_scans else base.localization,
-        perception=TrackingPerception(cells(profile), has_lidar=profile.lidar.rate_hz > 0.0),
+        perception=TrackingPerception(
+            cells(profile), smoothing(profile), has_lidar=profile.lidar.rate_hz > 0.0
+        ),
         world=base.world,
         mission=base.mission,
         planning=planning(profile, road_map),

@@ -24,6 +24,9 @@ from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.mission.sections import VehicleExtent
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.points.chain import PointPerception
+from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule
@@ -47,6 +50,13 @@ def cells(profile: Profile) -> HeightMapPerception:
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
     )
+
+
+def smoothing(profile: Profile) -> AlphaBetaTracker:
+    """Of tracks, in the tick: the worker's own are smoothed already, and more would delay them."""
+    if profile.has_tracker:
+        return AlphaBetaTracker()
+    return AlphaBetaTracker(position_gain=1.0, velocity_gain=1.0)
 
 
 def announcer(profile: Profile, road_map: RoadMap | None = None) -> Announcer:
@@ -181,6 +191,19 @@ def height_map(profile: Profile) -> HeightMap:
         body_front_m=body.front_overhang_m,
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
+    )
+
+
+def point_perception(profile: Profile) -> PointPerception:
+    """What finds cells, objects and tracks in the lidars' points, for the worker."""
+    body = profile.body
+    return PointPerception(
+        PointGrid(
+            above_m=body.height_m + 0.1,
+            body_front_m=body.front_overhang_m,
+            body_back_m=body.rear_overhang_m,
+            body_half_width_m=0.5 * body.width_m,
+        )
     )
 
 

@@ -20,7 +20,7 @@ from vehicle_agent.planning.behaviour.decide import BehaviourRules
 from vehicle_agent.planning.motion.motion_planning import MotionPlanning
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.worker import MotionPlanner
-from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules, rear_slip_per_mps2
+from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules, rear_slip_per_mps2, smoothing
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
@@ -42,7 +42,7 @@ def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) ->
     return Car(
         can=codec_of(profile),
         localization=ScanMapLocalization(gnss) if by_scans else gnss,
-        perception=TrackingPerception(cells(profile), has_lidar=has_lidar),
+        perception=TrackingPerception(cells(profile), smoothing(profile), has_lidar=has_lidar),
         world=ObservedWorld(
             network,
             Surroundings(body.front_overhang_m, body.rear_overhang_m, half_m),

@@ -20,7 +20,7 @@ import structlog
 from campusloop.campaigns.campaign import Campaign
 from campusloop.clients.passengers import Journey
 from campusloop.clients.ride_demand import RIDE_M_MIN, random_rides, stop_pairs
-from campusloop.scenes.stacks import profile_of
+from campusloop.scenes.stacks import perceiving, profile_of
 from campusloop.virtual.campus import CampusOptions, VirtualCampus
 from contract.geometry import Array
 from contract.roads.load import load_map
@@ -45,11 +45,13 @@ class Surroundings:
     scene       hills, kerbs, trees and parked vehicles of the shift's seed; otherwise walls on a plane
     campus_sky  buildings hide satellites and reflect their signals
     point_map   the folder of the map that they compare their scans with; None: GNSS/INS alone
+    own_perception  they find road users in their lidars' scans; otherwise a tracker of the truth gives them
     """
 
     scene: bool = False
     campus_sky: bool = False
     point_map: Path | None = None
+    own_perception: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,8 @@ class ShiftFigures:
 
 def run_shift(shift: EnduranceShift) -> ShiftFigures:
     """Run one campus for the shift's duration; its run logs are deleted."""
-    road_map, profile, around = load_map(shift.map_path), profile_of(shift.stack), shift.surroundings
+    road_map, around = load_map(shift.map_path), shift.surroundings
+    profile = perceiving(profile_of(shift.stack), around.own_perception)
     zone = ZoneInfo(road_map.timezone)
     starts = sorted({trip.calls[0][1] // 7200 * 7200 for trip in road_map.timetable}) or [_WORK_BEGINS_S]
     midnight = datetime(2026, 9, 1, tzinfo=zone) + timedelta(days=shift.number // len(starts))

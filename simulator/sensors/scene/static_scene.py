@@ -79,17 +79,23 @@ class StaticScene(CastScene):
         seed: int,
         changes: WorldChanges | None = None,
         ground: GroundParams | None = None,
+        *,
+        is_furnished: bool = True,
     ) -> None:
-        """Raises SceneError for a map without lanes."""
+        """is_furnished: False for ground and buildings alone. Raises SceneError for a map without lanes."""
         self.changes = changes or WorldChanges()
         self.ground = Ground(road_map, seed, ground)
         self.buildings = altered_buildings(road_map.buildings, self.changes)
         mesh = Mesh()
         add_ground(mesh, self.ground)
         add_buildings(mesh, self.ground, self.buildings, seed)
-        furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
-        self.sway_phases = furniture.sway_phases
-        super().__init__(joined([mesh.packed(), *furniture.parts]))
+        parts = [mesh.packed()]
+        self.sway_phases: NDArray[np.float32] = np.zeros(1, np.float32)
+        if is_furnished:
+            furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
+            self.sway_phases = furniture.sway_phases
+            parts += furniture.parts
+        super().__init__(joined(parts))
         self._build_hierarchy()
 
     def _build_hierarchy(self) -> None:

@@ -8,10 +8,12 @@ from contract.geometry import Array, BoolArray, Pose2, inverse, transform_points
 from vehicle_agent.perception.tracking.motion import PX, VX, combined
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracking.tracks import TrackTable
-from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
+from vehicle_agent.signals import CYCLIST, OTHER, PEDESTRIAN, TrackPercept
 
 # A thing of no kind is shown while it moves at least so fast, m/s.
 _MOVING_MPS = 0.4
+# Least length and width of a rider's cycle, also where the rider alone is seen, m.
+_CYCLE_M = (1.6, 0.5)
 
 
 def percept_of_tracks(
@@ -25,6 +27,8 @@ def percept_of_tracks(
     mean, velocities, kinds = mean[shown], velocities[shown], kinds[shown]
     sizes = tracks.sizes_m[shown, :2].copy()
     people = kinds == PEDESTRIAN
+    cyclists = kinds == CYCLIST
+    sizes[cyclists] = np.maximum(sizes[cyclists], _CYCLE_M)
     sizes[people] = sizes[people].mean(axis=1)[:, None]
     yaws = tracks.yaws[shown].copy()
     walking = people & (np.hypot(velocities[:, 0], velocities[:, 1]) > 0.3)

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
-from vehicle_agent.perception.tracking.association import assign
+from vehicle_agent.perception.tracking.association import associate
 from vehicle_agent.perception.tracking.motion import (
     PX,
     TURN,
@@ -76,7 +76,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
             kinds = np.empty(0, np.int64)
         yaws = seen.poses_base[:, 2] + pose_map.yaw_rad
         self._face(tracks, seen, measured, yaws, viewpoint)
-        rows, columns = assign(tracks, kinds, measured, seen.kinds, params)
+        rows, columns = associate(tracks, kinds, measured, seen.kinds, seen.sizes_m, params)
         self._correct(tracks, kinds, rows, columns, seen, measured, yaws, viewpoint)
         self._count(tracks, rows, seen, pose_map)
         tracks = tracks.selected(self._living(tracks))

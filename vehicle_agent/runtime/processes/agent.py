@@ -43,7 +43,7 @@ from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, se
 from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.supervisor import Job
-from vehicle_agent.runtime.processes.tick_process import CabinReporter, TickProcess
+from vehicle_agent.runtime.processes.tick_process import CabinReporter, Sensors, TickProcess
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.room_times import TickStopwatch
@@ -54,10 +54,11 @@ from vehicle_agent.stacks.choice import (
     PLANNING_STACKS,
     build_car,
     build_localization_worker,
+    build_perception_worker,
     build_planner,
     warm_localization,
+    worker_tracks,
 )
-from vehicle_agent.stacks.rooms import height_map
 from vehicle_agent.stacks.warm import warm_tick
 
 SOFTWARE = "0.1.0"
@@ -225,7 +226,7 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
                 place.mail,
                 vehicle.scans_port,
                 Path(vehicle.scan_ring),
-                height_map(files.profile()),
+                build_perception_worker(files.profile()),
             )
         )
     with closing(places[0].clock.open("worker")) as clock:
@@ -304,14 +305,22 @@ def run_tick(place: AgentPlace) -> None:
     cabin = CabinReporter(profile.limits.speed_mps_max) if has_screen else None
     with closing(clock):
         if vehicle.cameras:
-            sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
-            TickProcess(
-                place.mail, computer, sensors, show, clock, mask, _traced(place), cabin, maps, scans
-            ).run()
+            inputs: Sensors = SensorsAndCameras(devices, CameraLink(vehicle.cameras, clock))
         else:
-            TickProcess(
-                place.mail, computer, devices, show, clock, mask, _traced(place), cabin, maps, scans
-            ).run()
+            inputs = devices
+        TickProcess(
+            place.mail,
+            computer,
+            inputs,
+            show,
+            clock,
+            mask,
+            _traced(place),
+            cabin,
+            maps,
+            scans,
+            worker_tracks=worker_tracks(profile),
+        ).run()
 
 
 def _traced(place: AgentPlace) -> str:

@@ -23,6 +23,7 @@ from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
 from vehicle_agent.runtime.recording.scan_keeper import RequestReport
 from vehicle_agent.signals import CanFrame, InboxBody, LocalizationJob, PlanJob
+from vehicle_agent.signals.objects import EgoMotion
 
 DATAGRAM_BYTES_MAX = 200_000
 BUFFER_BYTES = 4 * 1024 * 1024
@@ -69,6 +70,12 @@ class LocalizationJobs(msgspec.Struct, frozen=True, tag="localization"):
     """To the localization worker: one tick's jobs."""
 
     jobs: tuple[LocalizationJob, ...]
+
+
+class TickMotion(msgspec.Struct, frozen=True, tag="tick_motion"):
+    """To the perception worker that tracks road users: the vehicle's motion of one tick."""
+
+    motion: EgoMotion
 
 
 class TracedSpans(msgspec.Struct, frozen=True, tag="spans"):
@@ -136,6 +143,7 @@ Mail = (
     | TickReport
     | PlannerJobs
     | LocalizationJobs
+    | TickMotion
     | TracedSpans
     | CabinUpdate
     | MapOffer

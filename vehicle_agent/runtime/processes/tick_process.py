@@ -34,11 +34,13 @@ from vehicle_agent.runtime.processes.mailbox import (
     MailedSpans,
     MapOffer,
     PlannerJobs,
+    TickMotion,
 )
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import HmiOutput, InboxBody, LinkState, Outputs
+from vehicle_agent.signals.objects import EgoMotion
 from vehicle_agent.signals.rates import LATE_TICK_FAULT_NS, REPORT_EVERY_TICKS
 
 log = structlog.get_logger()
@@ -122,12 +124,16 @@ class TickProcess:
         cabin: CabinReporter | None = None,
         maps: MapSwitch | None = None,
         scans: LocalizationSwitch | None = None,
+        *,
+        worker_tracks: bool = False,
     ) -> None:
         """mail: the folder of the vehicle's mailboxes; traced: the vehicle, if its rides are traced.
 
         cabin: None for a vehicle without an onboard screen; maps: None for one whose map never changes;
         scans: None for one that compares no scans with a map
+        worker_tracks: the perception worker tracks road users, and needs the vehicle's motion
         """
+        self._worker_tracks = worker_tracks
         self._scans = scans
         self._cabin = cabin
         self._maps = maps
@@ -195,6 +201,10 @@ class TickProcess:
             self._mailbox.post(self._mail / "planner", PlannerJobs(outputs.jobs))
         if outputs.localization_jobs:
             self._mailbox.post(self._mail / "localization", LocalizationJobs(outputs.localization_jobs))
+        if self._worker_tracks:
+            ego = outputs.flow.ego
+            motion = EgoMotion(now_ns, ego.speed_mps, ego.yaw_rate_radps)
+            self._mailbox.post(self._mail / "worker", TickMotion(motion))
         if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
             self._shown, self._shown_ns = outputs.hmi, now_ns
             self._show(outputs.hmi)

@@ -8,9 +8,9 @@ from types import FrameType
 import structlog
 
 from vehicle_agent.device_feed import DatagramPort, DeviceFeedError, ScanReady, ScanRing
-from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.perception.worker import PerceptionWorker
 from vehicle_agent.runtime.processes.clock import Clock
-from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox
+from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox, TickMotion
 
 log = structlog.get_logger()
 
@@ -27,7 +27,7 @@ class ScannedVehicle:
     mail: Path
     scans_port: int
     scan_ring: Path
-    height_map: HeightMap
+    perception: PerceptionWorker
 
 
 class _Feed:
@@ -42,7 +42,10 @@ class _Feed:
         self._left_out = 0
 
     def process_newest(self) -> None:
-        """Processes the newest scan; older ones are skipped."""
+        """Takes the vehicle's motions, and processes the newest scan; older ones are skipped."""
+        for mail in self.mailbox.take():
+            if isinstance(mail, TickMotion):
+                self.vehicle.perception.take(mail.motion)
         announced = [datagram for datagram in self.port.take() if isinstance(datagram, ScanReady)]
         if announced:
             self._answer(announced[-1])
@@ -61,11 +64,12 @@ class _Feed:
         if ready.left_out and not self._left_out:
             log.warning("worker.points_left_out", vehicle_id=self.vehicle.vehicle_id, points=ready.left_out)
         self._left_out = ready.left_out
-        percept = percept_from_scan(scan[0], ready.stamp_ns, self.vehicle.height_map)
-        delivery = Delivery(self._clock.now_ns(), "worker", percept)
+        percepts = self.vehicle.perception.percepts(*scan, ready.stamp_ns)
+        now_ns = self._clock.now_ns()
+        deliveries = Deliveries(tuple(Delivery(now_ns, "worker", percept) for percept in percepts))
         # The gate gets percepts directly, so that an error of the tick does not reach it.
         for reader in ("tick", "gate"):
-            self.mailbox.post(self.vehicle.mail / reader, Deliveries((delivery,)))
+            self.mailbox.post(self.vehicle.mail / reader, deliveries)
 
     def close(self) -> None:
         self.port.close()
@@ -88,7 +92,6 @@ def serve_percepts(vehicles: tuple[ScannedVehicle, ...], clock: Clock) -> None:
         has_waiting = any(feed.mailbox.has_waiting for feed in feeds)
         clock.wait(clock.now_ns() + (RETRY_NS if has_waiting else WAIT_NS), files)
         for feed in feeds:
-            feed.mailbox.take()
             feed.process_newest()
     for feed in feeds:
         feed.close()
