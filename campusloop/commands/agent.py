@@ -24,7 +24,7 @@ from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolder
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError
-from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
+from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map, worker_tracks
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
@@ -148,9 +148,13 @@ def run(
             hmi_devices = files.hmi_devices()
             for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
-        stacks = {AgentFolder(folder).profile().stack for folder in folders}
+        profiles = [AgentFolder(folder).profile() for folder in folders]
         by_scans = any(AgentFolder(folder).localizes_by() is not None for folder in folders)
-        groups = {group for stack in stacks for group in for_vehicle(stack, by_scans=by_scans)}
+        groups = {
+            group
+            for one in profiles
+            for group in for_vehicle(one.stack, by_scans=by_scans, own_perception=worker_tracks(one))
+        }
         ensure_kernels(tuple(sorted(groups)))
         with tempfile.TemporaryDirectory(prefix="campusloop-") as mail:
             spans = span_source()

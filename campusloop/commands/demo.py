@@ -26,6 +26,7 @@ from contract.roads.load import MapError, load_map
 from simulator.sensors.scene_lidars import SceneOptions, scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.runtime.screen.screen_settings import WEB_PAGES
+from vehicle_agent.stacks.choice import worker_tracks
 
 # Of tables in a file or pipe.
 WIDTH_WITHOUT_TERMINAL = 120
@@ -92,7 +93,8 @@ def demo(
         profile = perceiving_profile(perception, profile, kept.parent, has_scene=scene)
         chosen = Profile() if profile is None else load_profile(profile)
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
-        prepare_kernels(for_campus(chosen.stack, by_scans=points is not None), console)
+        kernels = for_campus(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
+        prepare_kernels(kernels, console)
         surroundings = scene_of_run(seed) if scene else None
         if campus_sky and (not headless or begin):
             raise CampusStartError("--campus-sky is for the rides of --headless")

@@ -27,6 +27,7 @@ from simulator.live.ports import BASE_PORT
 from simulator.sensors.scene_lidars import scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.runtime.processes.supervisor import CHECK_EVERY_S
+from vehicle_agent.stacks.choice import worker_tracks
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
@@ -83,8 +84,9 @@ def shuttles(
         profile = chosen_profile(localization, profile)
         profile = perceiving_profile(perception, profile, folder, has_scene=scene)
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
-        stack = (Profile() if profile is None else load_profile(profile)).stack
-        prepare_kernels((*SIMULATOR, *for_vehicle(stack, by_scans=points is not None)), console)
+        chosen = Profile() if profile is None else load_profile(profile)
+        kernels = for_vehicle(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
+        prepare_kernels((*SIMULATOR, *kernels), console)
         options = ShuttleOptions(
             map_path=campus_map.absolute(),
             folder=folder.absolute(),

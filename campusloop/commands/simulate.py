@@ -151,7 +151,8 @@ def _drive_km(
             )
             for place in places
         }
-        ensure_kernels(for_campus(driven, by_scans=by_scans))
+        own = localized.own_perception
+        ensure_kernels(for_campus(driven, by_scans=by_scans, own_perception=own))
         with open_campaign(cluster, workers, log_errors_only, places) as campaign:
             contacts = report_km(
                 console, campaign, places, stack, km, seed, shift_s, out, plant_seed, surroundings

@@ -46,12 +46,17 @@ CLOUD_MAPPING = ("odometry", "cloud_mapping")
 MOTION_CALIBRATION = ("odometry", "motion_calibration")
 
 
-def for_vehicle(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:
-    """The groups that an agent with this stack needs. by_scans: with a point map."""
-    localization = "planar_map" if stack == "nus" else "scan_map"
-    return (stack, "gate", localization) if by_scans else (stack, "gate")
+def for_vehicle(stack: str, *, by_scans: bool = False, own_perception: bool = False) -> tuple[str, ...]:
+    """The groups that an agent with this stack needs.
+
+    by_scans: with a point map; own_perception: its worker finds and tracks road users
+    """
+    localization = ("planar_map" if stack == "nus" else "scan_map",) if by_scans else ()
+    perception = ("points",) if own_perception else ()
+    return (stack, "gate", *localization, *perception)
 
 
-def for_campus(stack: str, *, by_scans: bool = False) -> tuple[str, ...]:
+def for_campus(stack: str, *, by_scans: bool = False, own_perception: bool = False) -> tuple[str, ...]:
     """The groups that a server, a simulator and agents with this stack need."""
-    return (*SERVER, *SIMULATOR, *for_vehicle(stack, by_scans=by_scans))
+    agents = for_vehicle(stack, by_scans=by_scans, own_perception=own_perception)
+    return (*SERVER, *SIMULATOR, *agents)

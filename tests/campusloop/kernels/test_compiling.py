@@ -21,7 +21,7 @@ def test_a_groups_function_is_there_and_lies_in_our_packages(name: str) -> None:
 
 @pytest.mark.parametrize("stack", ["gem", "nus", "snow_lion"])
 def test_a_campus_needs_known_groups_and_one_stack_alone(stack: str) -> None:
-    needed = set(for_campus(stack))
+    needed = set(for_campus(stack, by_scans=True, own_perception=True))
     assert needed <= set(EVERYTHING)
     assert needed & {"gem", "nus", "snow_lion"} == {stack}
 

@@ -80,7 +80,7 @@ def assign_touching(
 
     sizes_m (m, 3) of the objects
 
-    What is seen of a cyclist changes from one scan to the next: the rider alone, then the front wheel as well.
+    What is seen of a cyclist changes from scan to scan: the rider alone, then the front wheel as well.
     Its middle jumps farther than an error of measurement, and the track would end while a new one begins
     beside it. Where nothing else lies near, they are the same thing. The measurement counts less, by its own
     jump: its variance in `measured` is raised in place.

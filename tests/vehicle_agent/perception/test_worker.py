@@ -1,0 +1,46 @@
+"""The worker of a vehicle that drives: what stands beside its way stands still in its tracks."""
+
+import msgspec
+import numpy as np
+import pytest
+
+from tests.vehicle_agent.perception.test_height_map import a_scan
+from vehicle_agent.config import Profile
+from vehicle_agent.perception.worker import PerceptionWorker
+from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, TrackPercept
+from vehicle_agent.signals.objects import EgoMotion
+from vehicle_agent.stacks.choice import build_perception_worker
+
+SNOW_LION = Profile(stack="snow_lion")
+OWN = msgspec.structs.replace(SNOW_LION, perception="own")
+TICK_NS, SCAN_TICKS = 20_000_000, 5
+SPEED_MPS = 3.0
+PERSON = (0.5, 1.7)
+
+
+def drive(worker: PerceptionWorker, scans: int) -> list[tuple[Percept, ...]]:
+    """Past a person who stands 20 m ahead and 3 m aside; the motions come with the ticks, as on a vehicle."""
+    found = []
+    for tick in range(scans * SCAN_TICKS + 1):
+        now_ns = 1_000_000_000 + tick * TICK_NS
+        worker.take(EgoMotion(now_ns, SPEED_MPS, 0.0))
+        if tick % SCAN_TICKS == 0:
+            points = a_scan([(20.0 - SPEED_MPS * tick * TICK_NS * 1e-9, 3.0, *PERSON)])
+            found.append(worker.percepts(points, np.zeros(len(points), np.float32), now_ns))
+    return found
+
+
+def test_who_stands_beside_the_way_has_no_speed_though_the_vehicle_drives() -> None:
+    found = drive(build_perception_worker(OWN), 12)
+    cells, tracks = found[-1]
+    assert isinstance(cells, ObstaclePercept)
+    assert isinstance(tracks, TrackPercept)
+    assert tracks.kinds.tolist() == [PEDESTRIAN]
+    assert tracks.velocities_base_mps[0] == pytest.approx((0.0, 0.0), abs=0.25)
+    assert tracks.poses_base[0, 0] == pytest.approx(20.0 - SPEED_MPS * 1.2, abs=0.3)
+
+
+def test_a_vehicle_with_a_tracker_gets_cells_alone() -> None:
+    for profile in (SNOW_LION, Profile(perception="own")):
+        found = drive(build_perception_worker(profile), 2)
+        assert [type(percept) for percept in found[-1]] == [ObstaclePercept], profile.stack
