@@ -55,6 +55,7 @@ def test_what_cannot_be_read_says_why(tmp_path: Path) -> None:
         read_sweep(lonely)
 
 
+@pytest.mark.long
 def test_people_of_a_simulated_street_are_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,7 +15,11 @@ def frames(ids: list[list[int]], off_m: float = 0.0) -> list[FrameTracks]:
     truth = np.array([[0.0, 0.0], [10.0, 0.0]])
     return [
         FrameTracks(
-            np.array([1, 2]), truth, np.array(row, np.int64), truth[: len(row)] + [off_m, 0.0], np.ones(2)
+            np.array([1, 2]),
+            truth,
+            np.array(row, np.int64),
+            truth[: len(row)] + np.array([off_m, 0.0]),
+            np.ones(2),
         )
         for row in ids
     ]

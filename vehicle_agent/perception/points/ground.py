@@ -180,7 +180,7 @@ def _remove_bumps(height: np.ndarray, state: np.ndarray, block_m: float) -> None
 
 @njit(cache=True)
 def _fill(height: np.ndarray, state: np.ndarray) -> None:
-    """Heights between rings: each block without returns becomes the mean of those beside it, again and again."""
+    """Heights between rings: each block without returns becomes the mean of those beside it, in rounds."""
     rows, columns = height.shape
     for sweep in range(_FILL_SWEEPS):
         for row in range(rows):

@@ -83,7 +83,7 @@ def test_a_person_is_found_on_any_slope_and_nothing_else(
 
 
 def test_heights_are_those_above_the_ground_below() -> None:
-    points = scan(road(0.08), person(12.0, 2.0) + [0.0, 0.0, 0.96], noise_m=0.0)
+    points = scan(road(0.08), person(12.0, 2.0) + np.array([0.0, 0.0, 0.96]), noise_m=0.0)
     heights = point_heights(points, GRID)
     assert heights.heights_m[-1] == pytest.approx(points[-1, 2] - 0.08 * 12.0, abs=0.06)
     assert heights.used == np.count_nonzero(heights.cell_of >= 0)

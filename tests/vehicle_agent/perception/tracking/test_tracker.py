@@ -29,7 +29,8 @@ def seen(number: int, places: Array, kind: int = PEDESTRIAN, score: float = 0.8)
     n = len(places)
     return SeenObjects(
         1_000_000_000 + 100_000_000 * number, np.full(n, kind), np.full(n, score),
-        np.column_stack((places, np.zeros(n))).reshape(-1, 3), np.tile(SIZES[kind], (n, 1)), np.full((n, 2), math.nan),
+        np.column_stack((places, np.zeros(n))).reshape(-1, 3), np.tile(SIZES[kind], (n, 1)),
+        np.full((n, 2), math.nan),
     )  # fmt: skip
 
 
@@ -119,7 +120,8 @@ def test_the_side_of_a_parked_car_that_comes_into_view_does_not_move_it() -> Non
         length = min(4.4, 0.4 + 0.2 * number)
         objects = SeenObjects(
             1_000_000_000 + 100_000_000 * number, np.array([VEHICLE]), np.array([0.9]),
-            np.array([[10.0 + 0.5 * length, 3.0, 0.0]]), np.array([[length, 1.8, 1.5]]), np.full((1, 2), math.nan),
+            np.array([[10.0 + 0.5 * length, 3.0, 0.0]]), np.array([[length, 1.8, 1.5]]),
+            np.full((1, 2), math.nan),
         )  # fmt: skip
         percept, state = TRACKER.step(state, objects, HERE)
         if number > 8:
