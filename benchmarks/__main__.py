@@ -28,6 +28,8 @@ SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.replies",),
     ("benchmarks.maps",),
     ("benchmarks.sensors", "--scans", "100"),
+    ("benchmarks.perception", "--turns", "100"),
+    ("benchmarks.tracker", "--seconds", "20"),
     ("benchmarks.localization", "--km", "2", "--runs", "1"),
 )
 

@@ -4,7 +4,7 @@ Luiten et al., "HOTA: a higher order metric for evaluating multi-object tracking
 Ristani et al., "Performance measures and a data set for multi-target, multi-camera tracking" (2016).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,17 +78,17 @@ def scores_of(frames: Sequence[FrameTracks]) -> TrackScores:
 Pairs = list[tuple[IntArray, IntArray, Array]]
 
 
-def _numbers(ids: object) -> dict[int, int]:
+def _numbers(ids: Iterable[IntArray]) -> dict[int, int]:
     known: dict[int, int] = {}
-    for frame_ids in ids:  # type: ignore[attr-defined]
+    for frame_ids in ids:
         for one in frame_ids.tolist():
             known.setdefault(one, len(known))
     return known
 
 
-def _counts(numbers: object, size: int) -> Array:
+def _counts(numbers: Iterable[IntArray], size: int) -> Array:
     total: Array = np.zeros(size)
-    for one in numbers:  # type: ignore[attr-defined]
+    for one in numbers:
         total += np.bincount(one, minlength=size)
     return total
 

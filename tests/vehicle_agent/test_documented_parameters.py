@@ -37,7 +37,11 @@ from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.points.clusters import ClusterParams
+from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.points.kinds import KindGates
 from vehicle_agent.perception.tracker import AlphaBetaTracker
+from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
 from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
@@ -61,6 +65,8 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
+    "points": (PointGrid, ClusterParams, KindGates),
+    "object-tracking": (TrackerParams,),
     "lidar": (CloudLimits,),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (

@@ -16,6 +16,8 @@ _PER_M = 0.1
 _PEOPLE_CELLS = 3
 # Between two people there is less than this share of what the thinner one shows.
 _SADDLE = 0.7
+# And an empty cell between them counts as so much of what is beside it.
+_GAP_WEIGHT = 0.6
 # Returns below the chest count less where people are told apart: feet are far from each other.
 _LOW_WEIGHT = 0.15
 
@@ -107,7 +109,11 @@ def split_people(
                     continue
                 pa, pb = top_of[a], top_of[b]
                 apart = math.hypot(places[pa, 0] - places[pb, 0], places[pa, 1] - places[pb, 1])
-                shallow = min(mass[a], mass[b]) > _SADDLE * min(mass[pa], mass[pb])
+                between = min(mass[a], mass[b])
+                if max(abs(di), abs(dj)) > 1:
+                    # There is a cell without returns between them.
+                    between *= _GAP_WEIGHT
+                shallow = between > _SADDLE * min(mass[pa], mass[pb])
                 if apart < _PEOPLE_CELLS or shallow:
                     _join(parent, pa, pb)
     split = np.full(k, -1)

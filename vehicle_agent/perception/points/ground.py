@@ -19,6 +19,8 @@ _CONE = 0.25
 _CONE_M = 0.12
 # Weight of a block without returns when heights are smoothed.
 _UNSEEN_WEIGHT = 0.15
+# Rings are up to ten blocks apart.
+_FILL_SWEEPS = 10
 # Blocks without returns widen what the next one may differ by; up to this.
 _GAPS_MAX = 5
 
@@ -88,6 +90,7 @@ def ground_blocks(lowest: np.ndarray, grid: PointGrid) -> tuple[np.ndarray, np.n
                     queue[tail, 0], queue[tail, 1] = a, b
                     tail += 1
     _remove_bumps(height, state, block_m)
+    _fill(height, state)
     return _smoothed(height, state), state == _SEEN
 
 
@@ -173,6 +176,30 @@ def _remove_bumps(height: np.ndarray, state: np.ndarray, block_m: float) -> None
             if height[i, j] > limit[i, j] + _CONE_M:
                 height[i, j] = limit[i, j]
                 state[i, j] = _UNSEEN
+
+
+@njit(cache=True)
+def _fill(height: np.ndarray, state: np.ndarray) -> None:
+    """Heights between rings: each block without returns becomes the mean of those beside it, in rounds."""
+    rows, columns = height.shape
+    for sweep in range(_FILL_SWEEPS):
+        for row in range(rows):
+            # Forth and back, so that heights spread either way.
+            i = row if sweep % 2 == 0 else rows - 1 - row
+            for column in range(columns):
+                j = column if sweep % 2 == 0 else columns - 1 - column
+                if state[i, j] == _SEEN:
+                    continue
+                total, count = 0.0, 0
+                if i > 0:
+                    total, count = total + height[i - 1, j], count + 1
+                if i < rows - 1:
+                    total, count = total + height[i + 1, j], count + 1
+                if j > 0:
+                    total, count = total + height[i, j - 1], count + 1
+                if j < columns - 1:
+                    total, count = total + height[i, j + 1], count + 1
+                height[i, j] = total / count
 
 
 @njit(cache=True)

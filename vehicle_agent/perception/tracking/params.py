@@ -29,7 +29,7 @@ class TrackerParams(NamedTuple):
 
     motions          by kind, in the order of TRACK_KINDS
     stay             probability that a model of motion goes on for a scan
-    gate             largest squared Mahalanobis distance of a track's measurement (99.7 % of its own)
+    gate             largest squared Mahalanobis distance of a track's measurement (99.97 % of its own)
     touching_m       a track and an object that both are left over, touch and lie so near are one
     kind_cost        added to it where the kinds differ
     confirm_hits, confirm_scans   a track is shown after so many hits in its first scans
@@ -49,7 +49,7 @@ class TrackerParams(NamedTuple):
 
     motions: tuple[KindMotion, ...] = ()
     stay: float = 0.93
-    gate: float = 11.8
+    gate: float = 16.0
     touching_m: float = 1.5
     kind_cost: float = 4.0
     confirm_hits: int = 3
@@ -65,12 +65,12 @@ class TrackerParams(NamedTuple):
     score_min: float = 0.25
     other_m_max: float = 1.2
     moved_m: float = 1.2
-    still: float = 4.0
+    still: float = 1.0
     gap_s_max: float = 1.0
 
 
 _MOTIONS = {
-    PEDESTRIAN: KindMotion((0.3, 3.0), (0.0, 0.0), 0.07, 0.003, 1.2, 1.5),
+    PEDESTRIAN: KindMotion((0.25, 7.0), (0.0, 0.0), 0.055, 0.002, 1.2, 1.5),
     CYCLIST: KindMotion((0.5, 5.0), (0.1, 1.5), 0.12, 0.004, 3.0, 2.5),
     VEHICLE: KindMotion((0.4, 2.5), (0.05, 0.5), 0.2, 0.004, 4.0, 3.5),
     OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 1.5),
