@@ -232,7 +232,8 @@ class WiredVehicle:
             self._deliver("sensors", body, now_ns, input_filter)
         if scan is not None:
             began_s = time.process_time()
-            for percept in self._perception.percepts(np.ascontiguousarray(scan[0]), scan[1], now_ns):
+            rows = np.column_stack((*scan, np.zeros_like(scan[1])))
+            for percept in self._perception.percepts(rows, now_ns):
                 self._percepts.append((now_ns + PERCEPT_DELAY_NS, percept))
             self.percept_cpu_ms.append(1e3 * (time.process_time() - began_s))
         # A stack's map is made by the sensor that it compares with it.

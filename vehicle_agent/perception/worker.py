@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from contract.geometry import Pose2
 from vehicle_agent.perception.dead_reckoning import ReckonedWay
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.perception.points.chain import PointPerception
+from vehicle_agent.perception.points.deskew import straightened
 from vehicle_agent.signals import Percept
 from vehicle_agent.signals.objects import EgoMotion
 
@@ -22,10 +22,12 @@ class PerceptionWorker(Protocol):
         """One tick's motion; each is older than the scans that follow it, or about to be."""
         ...
 
-    def percepts(
-        self, points_base: np.ndarray, intensities: np.ndarray, stamp_ns: int
-    ) -> tuple[Percept, ...]:
-        """Of one scan: points (n, 3) float32 in the base frame at its end, intensities (n,)."""
+    def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
+        """Of one scan, as the scan ring has it.
+
+        rows  (n, 5) float32: x, y, z in the base frame of the point's own moment, intensity, and that moment
+              in s from stamp_ns; 0 for points that the driver has moved to the stamp
+        """
         ...
 
 
@@ -38,11 +40,8 @@ class CellsWorker:
     def take(self, motion: EgoMotion) -> None:
         """Cells need no motion."""
 
-    def percepts(
-        self, points_base: np.ndarray, intensities: np.ndarray, stamp_ns: int
-    ) -> tuple[Percept, ...]:
-        del intensities
-        return (percept_from_scan(points_base, stamp_ns, self._height_map),)
+    def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
+        return (percept_from_scan(rows[:, :3], stamp_ns, self._height_map),)
 
 
 class TracksWorker:
@@ -56,11 +55,12 @@ class TracksWorker:
     def take(self, motion: EgoMotion) -> None:
         self._way = self._way.with_motion(motion)
 
-    def percepts(
-        self, points_base: np.ndarray, intensities: np.ndarray, stamp_ns: int
-    ) -> tuple[Percept, ...]:
-        pose_odom: Pose2 = self._way.pose_odom(stamp_ns)
+    def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
+        newest = self._way.newest
+        points = np.ascontiguousarray(rows[:, :3])
+        if newest is not None:
+            points = straightened(points, rows[:, 4], newest.speed_mps, newest.yaw_rate_radps)
         cells, tracks, self._state = self._perception.step(
-            self._state, points_base, intensities, stamp_ns, pose_odom
+            self._state, points, rows[:, 3], stamp_ns, self._way.pose_odom(stamp_ns)
         )
         return (cells, tracks)

@@ -26,7 +26,9 @@ def drive(worker: PerceptionWorker, scans: int) -> list[tuple[Percept, ...]]:
         worker.take(EgoMotion(now_ns, SPEED_MPS, 0.0))
         if tick % SCAN_TICKS == 0:
             points = a_scan([(20.0 - SPEED_MPS * tick * TICK_NS * 1e-9, 3.0, *PERSON)])
-            found.append(worker.percepts(points, np.zeros(len(points), np.float32), now_ns))
+            # Intensities, and each point's time from the stamp.
+            rows = np.column_stack((points, np.zeros((len(points), 2), np.float32)))
+            found.append(worker.percepts(rows, now_ns))
     return found
 
 

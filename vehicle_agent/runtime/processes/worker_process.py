@@ -56,15 +56,15 @@ class _Feed:
         except DeviceFeedError as error:
             log.warning("worker.no_scans", vehicle_id=self.vehicle.vehicle_id, error=str(error))
             return
-        scan = self._ring.read(ready)
-        if scan is None:
+        rows = self._ring.read_rows(ready)
+        if rows is None:
             # The driver has created a new ring, or the scan was overwritten: the next scan decides.
             self._ring = None
             return
         if ready.left_out and not self._left_out:
             log.warning("worker.points_left_out", vehicle_id=self.vehicle.vehicle_id, points=ready.left_out)
         self._left_out = ready.left_out
-        percepts = self.vehicle.perception.percepts(*scan, ready.stamp_ns)
+        percepts = self.vehicle.perception.percepts(rows, ready.stamp_ns)
         now_ns = self._clock.now_ns()
         deliveries = Deliveries(tuple(Delivery(now_ns, "worker", percept) for percept in percepts))
         # The gate gets percepts directly, so that an error of the tick does not reach it.
