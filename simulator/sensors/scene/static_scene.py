@@ -70,7 +70,7 @@ class StaticScene(CastScene):
     """The surroundings of a map: ground, buildings, and what stands beside the roads.
 
     The same map, seed, changes and ground give the same triangles. `ground` has the heights; vehicles stand
-    at `ground.poses`.
+    at `ground.poses`. `parked` (k, 6) has x, y, yaw, length, width, height of the parked vehicles.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class StaticScene(CastScene):
         add_ground(mesh, self.ground)
         add_buildings(mesh, self.ground, self.buildings, seed)
         furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
-        self.sway_phases = furniture.sway_phases
+        self.sway_phases, self.parked = furniture.sway_phases, furniture.parked
         super().__init__(joined([mesh.packed(), *furniture.parts]))
         self._build_hierarchy()
 
