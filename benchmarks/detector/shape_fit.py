@@ -15,6 +15,7 @@ _NEAR_M = 0.45
 _POINTS_MIN = 4
 # Length and width of a kind's usual body, m.
 _USUAL_M = {PEDESTRIAN: (0.5, 0.5), CYCLIST: (1.75, 0.6), VEHICLE: (4.4, 1.8)}
+_USUAL_HEIGHTS_M = {PEDESTRIAN: 1.7, CYCLIST: 1.7, VEHICLE: 1.5}
 # Two clusters are the same body where one is this near to the other's place by the turn before.
 _MATCH_M = 1.2
 
@@ -22,9 +23,9 @@ _MATCH_M = 1.2
 def found_by_shape(points: Array, is_older: NDArray[np.bool_], older_s: float) -> FoundBoxes:
     """Boxes of clusters of returns (n, 4): x, y, height, intensity.
 
-    What is 0.25 m to 1.1 m long is a person, up to 2.4 m and narrow a cyclist, up to 9 m a vehicle, if
-    as high as one. A side that is seen in part only is made as long as usual, away from the sensor. The velocity
-    is the cluster's shift since the nearest cluster of the turn before. Scores are by the number of returns.
+    A cluster up to 1.1 m long is a person, up to 2.4 m and narrow a cyclist, up to 9 m a vehicle, if
+    as high. A side that is seen in part is made as long as usual, away from the sensor. The velocity is
+    the shift since the nearest cluster of the turn before. The score is how near size and height are to the usual.
     """
     newer = _clusters(points[~is_older])
     before = [cluster[:, :2].mean(axis=0) for cluster in _clusters(points[is_older])]
@@ -35,6 +36,7 @@ def found_by_shape(points: Array, is_older: NDArray[np.bool_], older_s: float) -
         kind = _kind(box, cluster[:, 2])
         if kind is None:
             continue
+        score = _score(box, cluster[:, 2].max(), kind) * (1.0 - 1.0 / (1.0 + 0.2 * len(cluster)))
         box = _completed(box, kind)
         velocity = np.full(2, np.nan)
         if tree is not None:
@@ -42,7 +44,7 @@ def found_by_shape(points: Array, is_older: NDArray[np.bool_], older_s: float) -
             if apart < _MATCH_M:
                 velocity = (cluster[:, :2].mean(axis=0) - before[int(nearest)]) / older_s
         kinds.append(kind)
-        scores.append(1.0 - 1.0 / (1.0 + 0.02 * len(cluster)))
+        scores.append(score)
         boxes.append(np.array([*box, cluster[:, 2].max(), *velocity]))
     return FoundBoxes(
         np.array(kinds, dtype=np.int64), np.array(scores), np.array(boxes, dtype=np.float64).reshape(-1, 8)
@@ -98,6 +100,15 @@ def _kind(box: Array, heights_m: Array) -> int | None:
     if 1.3 <= length <= 9.0 and width <= 3.0 and top >= 0.6:
         return VEHICLE
     return None
+
+
+def _score(box: Array, top_m: float, kind: int) -> float:
+    """0 to 1: 1 for the usual length, width and height; too small counts half, since it may be hidden."""
+    off = 0.0
+    for seen, usual in zip((box[3], box[4], top_m), (*_USUAL_M[kind], _USUAL_HEIGHTS_M[kind]), strict=True):
+        ratio = np.log(max(float(seen), 0.05) / usual)
+        off += abs(ratio) * (0.5 if ratio < 0.0 else 1.5)
+    return float(np.exp(-off))
 
 
 def _completed(box: Array, kind: int) -> Array:
