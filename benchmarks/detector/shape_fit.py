@@ -23,9 +23,9 @@ _MATCH_M = 1.2
 def found_by_shape(points: Array, is_older: NDArray[np.bool_], older_s: float) -> FoundBoxes:
     """Boxes of clusters of returns (n, 4): x, y, height, intensity.
 
-    A cluster up to 1.1 m long is a person, up to 2.4 m and narrow a cyclist, up to 9 m a vehicle, if
-    as high. A side that is seen in part is made as long as usual, away from the sensor. The velocity is
-    the shift since the nearest cluster of the turn before. The score is how near size and height are to the usual.
+    A cluster up to 1.1 m long is a person, up to 2.4 m and narrow a cyclist, up to 9 m a vehicle, if as high.
+    A side that is seen in part is made as long as usual, away from the sensor. The velocity is the shift
+    since the nearest cluster of the turn before. The score is how near size and height are to the usual.
     """
     newer = _clusters(points[~is_older])
     before = [cluster[:, :2].mean(axis=0) for cluster in _clusters(points[is_older])]

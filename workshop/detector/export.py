@@ -73,7 +73,7 @@ def _without_zeros(model: bytes) -> bytes:
     return smaller
 
 
-class _OneScan(torch.nn.Module):
+class _OneScan(torch.nn.Module):  # type: ignore[misc]
     """The network on one scan; the exporter would make an input of the number of scans."""
 
     def __init__(self, network: PillarNetwork) -> None:

@@ -1,5 +1,6 @@
 """Scans with the boxes of what they show, as the detector is trained and measured on them."""
 
+import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -60,5 +61,5 @@ def read_scan(path: Path) -> LabeledScan:
             return LabeledScan(
                 points, older, float(arrays["older_s"]), arrays["kinds"], arrays["boxes"], arrays["hits"]
             )
-    except (KeyError, ValueError, EOFError) as error:
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise ScanFileError(f"{path} is no labeled scan") from error

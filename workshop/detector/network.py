@@ -15,7 +15,7 @@ _WIDTHS = (24, 48, 80)
 _SHARED = 32
 
 
-class PillarNetwork(nn.Module):
+class PillarNetwork(nn.Module):  # type: ignore[misc]
     """features (p, points_max, FEATURES), cells (p,) -> heat (b, kinds, h, w) logits, boxes (b, 10, h, w)."""
 
     def __init__(self, grid: PillarGrid) -> None:
@@ -33,7 +33,7 @@ class PillarNetwork(nn.Module):
         self.heat = nn.Conv2d(_SHARED, len(KINDS), 1)
         self.boxes = nn.Conv2d(_SHARED, BOX_CHANNELS, 1)
         # One cell in a hundred is a middle at first.
-        nn.init.constant_(self.heat.bias, -4.6)  # type: ignore[arg-type]
+        nn.init.constant_(self.heat.bias, -4.6)
 
     def forward(
         self, features: Tensor, cells: Tensor, scans: int = 1, size: tuple[int, int] | None = None

@@ -100,7 +100,7 @@ def _step(state: TrainingState, scans: list[LabeledScan], grid: PillarGrid, rate
     losses = losses_of(heat, boxes, batch.targets)
     total = torch.stack(list(losses.values())).sum()
     state.optimizer.zero_grad()
-    total.backward()  # type: ignore[no-untyped-call]
+    total.backward()
     torch.nn.utils.clip_grad_norm_(state.network.parameters(), 10.0)
     state.optimizer.step()
     return {name: float(value.detach()) for name, value in losses.items()}
@@ -141,7 +141,7 @@ def _resumed(
     checkpoint: Path, identity: dict[str, Any], grid: PillarGrid, params: TrainingParams
 ) -> TrainingState:
     torch.manual_seed(params.seed)
-    network: PillarNetwork = PillarNetwork(grid).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    network: PillarNetwork = PillarNetwork(grid).to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), params.rate_max, weight_decay=params.weight_decay)
     state = TrainingState(network, optimizer, np.random.default_rng([params.seed, *b"training"]))
     if not checkpoint.exists():

@@ -55,6 +55,21 @@ def decoded(heat: Array32, boxes: Array32, grid: PillarGrid, params: DecodingPar
     return Detections(peaks[kept, 0], scores[kept], found[kept])
 
 
+def with_velocities(found: Detections, velocities_mps: Array) -> Detections:
+    """The same objects with these velocities (n, 2); what moves faces the way it moves."""
+    boxes = found.boxes.copy()
+    boxes[:, 6:8] = velocities_mps
+    vx, vy = velocities_mps.T
+    # NaN is no motion.
+    moving = np.hypot(vx, vy) > _MOVING_MPS
+    backwards = moving & (vx * np.cos(boxes[:, 2]) + vy * np.sin(boxes[:, 2]) < 0.0)
+    yaw = np.where(
+        moving & (found.kinds == PEDESTRIAN), np.arctan2(vy, vx), boxes[:, 2] + math.pi * backwards
+    )
+    boxes[:, 2] = np.arctan2(np.sin(yaw), np.cos(yaw))
+    return Detections(found.kinds, found.scores, boxes)
+
+
 def _boxes_at(peaks: NDArray[np.int64], boxes: Array32, grid: PillarGrid) -> Array:
     cell_m = grid.cell_m * STRIDE
     at = boxes[:, peaks[:, 1], peaks[:, 2]].astype(np.float64)
@@ -66,13 +81,7 @@ def _boxes_at(peaks: NDArray[np.int64], boxes: Array32, grid: PillarGrid) -> Arr
     found[:, 6], found[:, 7] = at[7], at[8]
     # Half of an angle points forwards, so the direction bit says whether the body does.
     yaw = 0.5 * np.arctan2(at[6], at[5])
-    towards = np.where(at[9] > 0.0, 1.0, -1.0)
-    moving = np.hypot(at[7], at[8]) > _MOVING_MPS
-    way = at[7] * np.cos(yaw) + at[8] * np.sin(yaw)
-    towards = np.where(moving, np.where(way >= 0.0, 1.0, -1.0), towards)
-    yaw = yaw + math.pi * (towards < 0.0)
-    people = peaks[:, 0] == PEDESTRIAN
-    yaw = np.where(people & moving, np.arctan2(at[8], at[7]), yaw)
+    yaw = yaw + math.pi * (at[9] <= 0.0)
     found[:, 2] = np.arctan2(np.sin(yaw), np.cos(yaw))
     return found
 

@@ -6,13 +6,14 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from vehicle_agent.perception.pillars.decoding import DecodingParams, Detections, decoded
+from vehicle_agent.perception.pillars.decoding import DecodingParams, Detections, decoded, with_velocities
 from vehicle_agent.perception.pillars.detector_file import (
     DEFAULT_DETECTOR,
     DetectorFileError,
     read_detector_file,
 )
 from vehicle_agent.perception.pillars.grid import pillars_of
+from vehicle_agent.perception.pillars.shifts import shifts_of
 from vehicle_agent.perception.pillars.standing_points import standing_points
 from vehicle_agent.perception.pillars.sweeps import OlderTurn
 from vehicle_agent.signals.objects import SeenObjects
@@ -67,17 +68,22 @@ class PillarDetector:
         values = np.concatenate([turn[1] for turn in turns]).astype(np.float32, copy=False)
         rows, heights = standing_points(points, self._own_m)
         kept = np.column_stack((points[rows, :2], heights, values[rows]))
-        found = self.found(kept, rows >= len(points_base))
-        velocities = found.boxes[:, 6:8] if older is not None else np.full((len(found.kinds), 2), np.nan)
-        return SeenObjects(
-            stamp_ns, found.kinds, found.scores, found.boxes[:, :3], found.boxes[:, 3:6], velocities
-        )
+        found = self.found(kept, rows >= len(points_base), None if older is None else older.older_s)
+        boxes = found.boxes
+        return SeenObjects(stamp_ns, found.kinds, found.scores, boxes[:, :3], boxes[:, 3:6], boxes[:, 6:8])
 
-    def found(self, standing: Array32, is_older: NDArray[np.bool_]) -> Detections:
-        """Objects of returns (n, 4) above the ground: x, y, height, intensity, as `pillars_of` takes them."""
+    def found(self, standing: Array32, is_older: NDArray[np.bool_], older_s: float | None) -> Detections:
+        """Objects of returns (n, 4) above the ground: x, y, height, intensity, as `pillars_of` takes them.
+
+        older_s  how much older the older turn is; None without one, and velocities are NaN
+        """
         pillars = pillars_of(standing, is_older, self.grid)
         if not len(pillars.cells):
             return Detections(np.empty(0, dtype=np.int64), np.empty(0), np.empty((0, 8)))
         inputs = {"features": pillars.features, "cells": pillars.cells}
         heat, boxes = self._session.run(["heat", "boxes"], inputs)
-        return decoded(heat[0], boxes[0], self.grid, self._params)
+        found = decoded(heat[0], boxes[0], self.grid, self._params)
+        if older_s is None:
+            return with_velocities(found, np.full((len(found.kinds), 2), np.nan))
+        # The head has velocities, too; what the returns themselves show is closer (docs/vehicle/detector.md).
+        return with_velocities(found, shifts_of(found.kinds, found.boxes, standing, is_older) / older_s)

@@ -27,10 +27,11 @@ class Sweep(NamedTuple):
 
 
 class OlderTurn(NamedTuple):
-    """points_base (n, 3) in the base frame of now, intensities (n,)."""
+    """points_base (n, 3) in the base frame of now, intensities (n,); how much older it is."""
 
     points_base: Array32
     intensities: Array32
+    older_s: float
 
 
 def step(memory: tuple[Sweep, ...], newest: Sweep) -> tuple[OlderTurn | None, tuple[Sweep, ...]]:
@@ -47,7 +48,9 @@ def step(memory: tuple[Sweep, ...], newest: Sweep) -> tuple[OlderTurn | None, tu
     )
     if nearest is None or abs(nearest.stamp_ns - wanted_ns) > _OFF_NS_MAX:
         return None, kept[-_SWEEPS_MAX:]
-    return OlderTurn(_moved(nearest, newest.pose_odom), nearest.intensities), kept[-_SWEEPS_MAX:]
+    older_s = (newest.stamp_ns - nearest.stamp_ns) * 1e-9
+    older = OlderTurn(_moved(nearest, newest.pose_odom), nearest.intensities, older_s)
+    return older, kept[-_SWEEPS_MAX:]
 
 
 def _moved(sweep: Sweep, to: Pose2) -> Array32:

@@ -4,6 +4,7 @@ import numpy as np
 
 from vehicle_agent.perception.pillars.decoding import DecodingParams, decoded
 from vehicle_agent.perception.pillars.grid import PillarGrid, pillars_of
+from vehicle_agent.perception.pillars.shifts import shifts_of
 from vehicle_agent.perception.pillars.standing_points import standing_points
 
 
@@ -17,4 +18,5 @@ def warm_detector() -> None:
     heat = np.full((3, 32, 32), -9.0, dtype=np.float32)
     heat[2, 10, 10], heat[2, 10, 12] = 2.0, 1.0
     boxes = np.zeros((10, 32, 32), dtype=np.float32)
-    decoded(heat, boxes, grid, DecodingParams())
+    found = decoded(heat, boxes, grid, DecodingParams())
+    shifts_of(found.kinds, found.boxes, standing, np.array([False, True]))

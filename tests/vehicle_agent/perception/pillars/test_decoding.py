@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle_agent.perception.pillars.decoding import DecodingParams, decoded
+from vehicle_agent.perception.pillars.decoding import DecodingParams, Detections, decoded, with_velocities
 from vehicle_agent.perception.pillars.grid import PillarGrid
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, VEHICLE
 from workshop.detector.targets import targets_of
@@ -45,6 +45,7 @@ def road_users(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray]:
 def test_a_right_answer_gives_the_boxes_back(users: tuple[np.ndarray, np.ndarray]) -> None:
     kinds, boxes = users
     found = decoded(*answer_to(kinds, boxes), GRID, DecodingParams())
+    found = with_velocities(found, found.boxes[:, 6:8])
     assert len(found.kinds) == len(kinds)
     for kind, box in zip(kinds, boxes, strict=True):
         row = int(np.argmin(np.hypot(*(found.boxes[:, :2] - box[:2]).T)))
@@ -72,3 +73,12 @@ def test_a_hot_network_gives_at_most_as_many_objects_as_are_asked_for() -> None:
     found = decoded(heat, boxes, GRID, params)
     assert len(found.kinds) == 50
     assert (np.diff(found.scores) <= 0.0).all()
+
+
+def test_what_moves_faces_the_way_it_moves_and_what_has_no_velocity_keeps_its_yaw() -> None:
+    box = [0.0, 0.0, 0.3, 4.4, 1.8, 1.5, 0.0, 0.0]
+    found = Detections(np.array([VEHICLE, VEHICLE, PEDESTRIAN]), np.ones(3), np.array([box, box, box]))
+    velocities = np.array([[-3.0, -0.9], [np.nan, np.nan], [0.0, 1.4]])
+    turned = with_velocities(found, velocities)
+    assert turned.boxes[:, 2] == pytest.approx([0.3 - np.pi, 0.3, 0.5 * np.pi])
+    assert np.isnan(turned.boxes[1, 6:8]).all()
