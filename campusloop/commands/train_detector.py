@@ -27,7 +27,7 @@ def train_detector(
     out: Annotated[Path, typer.Option(help="The detector's ONNX file; its record is written beside it.")],
     seed: Annotated[int, typer.Option(min=0, help="Of scenes and training.")] = 1,
     scenes: Annotated[int, typer.Option(min=8, help="Scans to learn from.")] = 600,
-    epochs: Annotated[int, typer.Option(min=1, help="Times that each scan is seen.")] = 10,
+    epochs: Annotated[int, typer.Option(min=1, help="Times that each scan is seen.")] = 16,
     work: Annotated[
         Path | None, typer.Option(help="Folder for scans and checkpoint; var/detector without it.")
     ] = None,
@@ -44,7 +44,8 @@ def train_detector(
     from vehicle_agent.perception.pillars.grid import PillarGrid, pillars_of
     from workshop.detector.export import ExportError, exported, write_detector
     from workshop.detector.labeled_scans import ScanFileError, read_scan
-    from workshop.detector.training import CheckpointError, TrainingParams, train
+    from workshop.detector.training import CheckpointError, train
+    from workshop.detector.training_params import TrainingParams
 
     make_parent(out)
     ensure_kernels((*SIMULATOR, *DETECTOR))

@@ -37,6 +37,8 @@ from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.pillars.decoding import DecodingParams
+from vehicle_agent.perception.pillars.grid import PillarGrid
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
@@ -62,6 +64,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
     "lidar": (CloudLimits,),
+    "detector": (PillarGrid, DecodingParams),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (
         DeadReckoningParams,

@@ -16,7 +16,8 @@ import torch
 from vehicle_agent.perception.pillars.detector_file import VERSION, DetectorRecord, record_path
 from vehicle_agent.perception.pillars.grid import FEATURES, Pillars
 from workshop.detector.network import PillarNetwork
-from workshop.detector.training import TrainingParams, TrainingState
+from workshop.detector.training import TrainingState
+from workshop.detector.training_params import TrainingParams
 
 LICENSE = "Apache-2.0"
 _AGREE = 1e-4

@@ -11,6 +11,7 @@ from vehicle_agent.perception.pillars.grid import STRIDE, PillarGrid
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, VEHICLE
 
 Array32 = NDArray[np.float32]
+Ints = NDArray[np.int64]
 
 KINDS = (PEDESTRIAN, CYCLIST, VEHICLE)
 # Boxes with fewer returns of the newer turn are neither wanted nor wrong.
@@ -53,11 +54,11 @@ def targets_of(kinds: NDArray[np.int64], boxes: Array, hits: NDArray[np.int64], 
         reach = math.ceil(2.5 * _SPREADS_M[kind] / cell_m)
         if count < HITS_MIN:
             reach = max(reach, math.ceil(0.5 * box[3] / cell_m))
-        rows = np.arange(max(0, int(v) - reach), min(h, int(v) + reach + 1))
-        columns = np.arange(max(0, int(u) - reach), min(w, int(u) + reach + 1))
+        rows = np.arange(max(0, int(v) - reach), min(h, int(v) + reach + 1), dtype=np.int64)
+        columns = np.arange(max(0, int(u) - reach), min(w, int(u) + reach + 1), dtype=np.int64)
         part = np.ix_(rows, columns)
         if count < HITS_MIN:
-            targets.heat_weight[(slice(None), *part)] = 0.0
+            targets.heat_weight[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = 0.0
             continue
         apart = ((rows + 0.5 - v) ** 2)[:, None] + (columns + 0.5 - u) ** 2
         heat = np.exp(-0.5 * apart * (cell_m / _SPREADS_M[kind]) ** 2)
@@ -76,7 +77,7 @@ def _write_box(
     box: Array,
     kind: int,
     middle: tuple[float, float],
-    part: tuple[Array, Array],
+    part: tuple[Ints, Ints],
     heat: Array,
 ) -> None:
     for row, v in enumerate(part[0]):

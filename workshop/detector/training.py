@@ -15,6 +15,7 @@ from workshop.detector.batches import Batch, batch_of
 from workshop.detector.labeled_scans import LabeledScan, read_scan
 from workshop.detector.losses import losses_of
 from workshop.detector.network import PillarNetwork
+from workshop.detector.training_params import TrainingParams
 
 _WARMUP_SHARE = 0.1
 _AHEAD = 1e-3
@@ -22,17 +23,6 @@ _AHEAD = 1e-3
 
 class CheckpointError(Exception):
     """The checkpoint is of another training, or cannot be read."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrainingParams:
-    """epochs over all scans; batch: scans of a step; rate_max: the learning rate's peak; seed: of all."""
-
-    epochs: int = 8
-    batch: int = 4
-    rate_max: float = 4e-3
-    weight_decay: float = 0.01
-    seed: int = 1
 
 
 @dataclass(slots=True)

@@ -11,6 +11,7 @@ from campusloop.scenes.detector_scenes.road_users import REACH_M, draw_bodies, d
 from contract.geometry import Array
 from simulator.fleet import STEP_NS
 from simulator.sensors.lidars.driver import moved_to_end
+from simulator.sensors.lidars.firings import Array32
 from simulator.sensors.lidars.mounts import four_lidars, roof_lidar
 from simulator.sensors.lidars.response import LidarResponse
 from simulator.sensors.lidars.scanner import MovingBodies
@@ -182,7 +183,7 @@ def own_outline(body: Body) -> tuple[float, float, float]:
     return rear - _OWN_M, front + _OWN_M, side + _OWN_M
 
 
-def hits_of(points: Array, boxes: Array) -> NDArray[np.int64]:
+def hits_of(points: Array | Array32, boxes: Array) -> NDArray[np.int64]:
     """(m,) points (n, 2) in each box (m, 8), 0.1 m around it and where it was during the turn."""
     hits = np.zeros(len(boxes), dtype=np.int64)
     for row, box in enumerate(boxes):

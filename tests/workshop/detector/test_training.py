@@ -14,7 +14,8 @@ pytest.importorskip("torch", reason="training needs PyTorch: make training")
 pytest.importorskip("onnx", reason="training needs onnx: make training")
 
 from workshop.detector.export import exported, write_detector
-from workshop.detector.training import CheckpointError, TrainingParams, TrainingState, train
+from workshop.detector.training import CheckpointError, TrainingState, train
+from workshop.detector.training_params import TrainingParams
 
 GRID = PillarGrid(x_m_min=-16.0, y_m_min=-12.8, nx=160, ny=128)
 PARAMS = TrainingParams(epochs=2, batch=2, seed=3)
