@@ -136,7 +136,7 @@ def _in_area(x: np.ndarray, y: np.ndarray, grid: PillarGrid, edge_m: float) -> n
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="benchmarks.detector", description=__doc__)
     parser.add_argument("--detector", type=Path, default=DEFAULT_DETECTOR, help="ONNX file with its record")
-    parser.add_argument("--scans", type=int, default=240)
+    parser.add_argument("--scans", type=int, default=120)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--split", choices=("tune", "held-out"), default="held-out")
     parser.add_argument(

@@ -19,7 +19,7 @@ EXIT_BAD_INPUT = 2
 EXIT_NOT_WRITTEN = 3
 EXIT_STOPPED = 130
 # Scans that say after each epoch how well others than those learned from are answered.
-_TUNING_SCANS = 40
+_TUNING_SCANS = 24
 _NEEDS = "training needs PyTorch and onnx: run `make training`, or `pip install torch onnx`"
 
 
