@@ -41,7 +41,7 @@ def road_users(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray]:
 
 
 @given(users=road_users())
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_a_right_answer_gives_the_boxes_back(users: tuple[np.ndarray, np.ndarray]) -> None:
     kinds, boxes = users
     found = decoded(*answer_to(kinds, boxes), GRID, DecodingParams())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 import shapely.affinity
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vehicle_agent.perception.pillars.overlap import iou, kept_of
@@ -22,6 +22,7 @@ def polygon(box: np.ndarray) -> shapely.Polygon:
 
 
 @given(first=BOXES, second=BOXES)
+@settings(max_examples=60)
 def test_overlap_is_that_of_the_polygons(first: np.ndarray, second: np.ndarray) -> None:
     a, b = polygon(first), polygon(second)
     assert iou(first, second) == pytest.approx(a.intersection(b).area / a.union(b).area, abs=1e-6)
