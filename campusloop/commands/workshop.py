@@ -12,6 +12,7 @@ from campusloop.commands.calibrate import calibrate_lidars
 from campusloop.commands.propose import propose_map
 from campusloop.commands.site_maps import check_empty, map_laser_site, survey_laser
 from campusloop.commands.survey import survey
+from campusloop.commands.train_detector import train_detector
 
 app = typer.Typer(no_args_is_help=True)
 console = Console(soft_wrap=True)
@@ -24,6 +25,7 @@ app.command("calibrate")(calibrate_lidars)
 app.command("survey")(survey)
 app.command("survey-laser")(survey_laser)
 app.command("propose")(propose_map)
+app.command("train-detector")(train_detector)
 
 
 @app.command("map")

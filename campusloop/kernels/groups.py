@@ -31,6 +31,7 @@ GROUPS = {
         Group("scan_map", "vehicle_agent.localization.scan_map.warm:warm_scan_map"),
         Group("points", "vehicle_agent.perception.points.warm:warm_points"),
         Group("planar_map", "vehicle_agent.localization.planar_map.warm:warm_planar_map"),
+        Group("detector", "vehicle_agent.perception.pillars.warm:warm_detector"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("motion_calibration", "workshop.motion_calibration.warm:warm_kernels"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),
@@ -43,6 +44,7 @@ SERVER = ("search", "bookings")
 SIMULATOR = ("simulator",)
 WORKSHOP = ("laser_mapping",)
 CLOUD_MAPPING = ("odometry", "cloud_mapping")
+DETECTOR = ("detector",)
 MOTION_CALIBRATION = ("odometry", "motion_calibration")
 
 

@@ -40,6 +40,8 @@ from vehicle_agent.perception.height_map import HeightMap
 from vehicle_agent.perception.points.clusters import ClusterParams
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.points.kinds import KindGates
+from vehicle_agent.perception.pillars.decoding import DecodingParams
+from vehicle_agent.perception.pillars.grid import PillarGrid
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
@@ -68,6 +70,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "points": (PointGrid, ClusterParams, KindGates),
     "object-tracking": (TrackerParams,),
     "lidar": (CloudLimits,),
+    "detector": (PillarGrid, DecodingParams),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (
         DeadReckoningParams,

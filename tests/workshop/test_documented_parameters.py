@@ -15,6 +15,7 @@ from workshop.cloud_mapping.loops import LoopParams as CloudLoopParams
 from workshop.cloud_mapping.pose_graph import GraphParams as CloudGraphParams
 from workshop.cloud_mapping.submaps import SubmapParams
 from workshop.cloud_mapping.surfaces import SurfaceParams
+from workshop.detector.training_params import TrainingParams
 from workshop.laser_mapping.loops import LoopParams
 from workshop.laser_mapping.occupancy import OccupancyParams
 from workshop.laser_mapping.pose_graph import GraphParams
@@ -35,6 +36,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
         CloudGraphParams,
         SurfaceParams,
     ),
+    "vehicle/detector.md": (TrainingParams,),
     "workshop/scan-maps.md": (ComparisonParams, AlignmentParams),
     "workshop/calibration.md": (PlaneSearch, Prior, CalibrationParams),
     "workshop/motion-calibration.md": (MotionParams, UnitPrior, LeverPrior),

@@ -13,6 +13,7 @@ from simulator.sensors.scene.placement import Footprint, RoadSide
 
 _BAY = Footprint(1.25, 2.7, 1.05)
 _TRUCK_BAY = Footprint(1.5, 4.0, 1.3)
+_CAR_M, _TRUCK_M = np.array([4.4, 1.8, 1.48]), np.array([7.0, 2.3, 3.1])
 _POST = Footprint(0.6, 0.15, 0.15)
 _SIGN = Footprint(0.7, 0.1, 0.35)
 _TREE = Footprint(1.6, 0.3, 0.3)
@@ -25,6 +26,7 @@ class Furniture:
     """Collects the placed things of one scene.
 
     sway_phases  (objects,) of each object in the wind; the objects' numbers are those of `PackedMesh`
+    parked       (k, 6) x, y, yaw, length, width, height of the parked cars and trucks
     """
 
     def __init__(
@@ -83,9 +85,15 @@ class Furniture:
         poses = bays + rng.normal(0.0, 1.0, bays.shape) * np.array([0.15, 0.05, 0.02])
         # Some stand the other way round.
         poses[rng.random(len(bays)) < 0.3, 2] += np.pi
-        self._add(shapes.car(), poses[is_taken], rng, 0.08)
+        cars = self._add(shapes.car(), poses[is_taken], rng, 0.08)
         is_truck = rng.random(len(truck_bays)) < min(1.0, 4.0 * changes.trucks_ratio * changes.parked_ratio)
-        self._add(shapes.truck(), truck_bays[is_truck], rng, 0.08)
+        trucks = self._add(shapes.truck(), truck_bays[is_truck], rng, 0.08)
+        self.parked: Array = np.vstack(
+            (
+                np.hstack((poses[is_taken], cars * _CAR_M)),
+                np.hstack((truck_bays[is_truck], trucks * _TRUCK_M)),
+            )
+        )
 
     def _add(
         self,
@@ -94,11 +102,11 @@ class Furniture:
         rng: np.random.Generator,
         spread: float,
         turned: bool = False,
-    ) -> None:
-        """Copies at poses (k, 3), each of its own size and shade."""
+    ) -> Array:
+        """(k, 3) scales of the copies at poses (k, 3), each of its own size and shade."""
         k = len(poses)
         if not k:
-            return
+            return np.empty((0, 3))
         z = self._ground.pavement_m(poses[:, 0], poses[:, 1])
         yaw = rng.uniform(0.0, 2.0 * np.pi, k) if turned else poses[:, 2]
         scales = 1.0 + rng.uniform(-spread, spread, (k, 3)) if spread else np.ones((k, 3))
@@ -106,3 +114,4 @@ class Furniture:
         placed = np.column_stack((poses[:, :2], z, yaw))
         self.parts.append(template.placed(placed, scales, shades, self.objects + np.arange(k)))
         self.objects += k
+        return scales

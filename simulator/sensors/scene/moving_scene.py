@@ -15,13 +15,13 @@ from vehicle_agent.signals import CYCLIST
 
 # A step of a person who walks; half a swing of the legs.
 _STEP_M = 0.7
-_SWING_RAD = 0.45
-_STRIDES = 9
+SWING_RAD = 0.45
+STRIDES = 9
 _WALKING_MPS = 0.2
 _TRUCK_M_MIN = 5.6
 _CYCLE_M_MAX = 1.1
 # Places of the templates after those of the strides.
-_CAR, _TRUCK, _CYCLE, _SHUTTLE = range(_STRIDES, _STRIDES + 4)
+_CAR, _TRUCK, _CYCLE, _SHUTTLE = range(STRIDES, STRIDES + 4)
 
 
 class MovingScenes:
@@ -32,7 +32,7 @@ class MovingScenes:
 
     def __init__(self, ground: Ground, fleet_numbers_from: int) -> None:
         self._ground, self._fleet_from = ground, fleet_numbers_from
-        strides = np.linspace(-_SWING_RAD, _SWING_RAD, _STRIDES)
+        strides = np.linspace(-SWING_RAD, SWING_RAD, STRIDES)
         # Length and width of what is scaled to a body's size; None for people.
         self._templates: list[tuple[PackedMesh, Array | None]] = [
             (shapes.person(1.75, float(stride)), None) for stride in strides
@@ -48,12 +48,12 @@ class MovingScenes:
         """The scene of these bodies; without the vehicle whose sensors look at it."""
         n = len(bodies.numbers)
         if not n:
-            return CastScene(_nothing())
+            return CastScene(nothing())
         x, y = bodies.poses_map[:, 0], bodies.poses_map[:, 1]
         people = bodies.people
         z = np.where(people, self._ground.height_m(x, y), self._ground.road_m(x, y))
         poses = np.column_stack((x, y, z, bodies.poses_map[:, 2]))
-        chosen = np.where(people, self._strides(bodies), self._vehicles(bodies))
+        chosen = np.where(people, strides_of(bodies), self._vehicles(bodies))
         scales = np.empty((n, 3))
         scales[:] = (0.9 + 0.02 * (bodies.numbers * 7 % 10))[:, None]
         parts = []
@@ -66,15 +66,6 @@ class MovingScenes:
             parts.append(template.placed(poses[rows], scales[rows], numbers=bodies.numbers[rows]))
         return CastScene(joined(parts))
 
-    def _strides(self, bodies: Bodies) -> NDArray[np.int64]:
-        """(n,) the template of each body's stride."""
-        x, y, yaw = bodies.poses_map.T
-        # The way along the heading sets the phase, so that legs swing with the distance walked.
-        way = x * np.cos(yaw) + y * np.sin(yaw) + 0.37 * bodies.numbers
-        speeds = np.hypot(bodies.velocities_map_mps[:, 0], bodies.velocities_map_mps[:, 1])
-        swing = np.where(speeds < _WALKING_MPS, 0.0, np.sin(math.pi * way / _STEP_M))
-        return np.rint(0.5 * (swing + 1.0) * (_STRIDES - 1)).astype(np.int64)
-
     def _vehicles(self, bodies: Bodies) -> NDArray[np.int64]:
         """(n,) the template of each body if it is on wheels."""
         length, width = bodies.sizes_m.T
@@ -83,7 +74,17 @@ class MovingScenes:
         return np.where(bodies.numbers >= self._fleet_from, _SHUTTLE, kinds).astype(np.int64)
 
 
-def _nothing() -> PackedMesh:
+def strides_of(bodies: Bodies) -> NDArray[np.int64]:
+    """(n,) which of STRIDES each body's legs make, from one leg ahead to the other."""
+    x, y, yaw = bodies.poses_map.T
+    # The way along the heading sets the phase, so that legs swing with the distance walked.
+    way = x * np.cos(yaw) + y * np.sin(yaw) + 0.37 * bodies.numbers
+    speeds = np.hypot(bodies.velocities_map_mps[:, 0], bodies.velocities_map_mps[:, 1])
+    swing = np.where(speeds < _WALKING_MPS, 0.0, np.sin(math.pi * way / _STEP_M))
+    return np.rint(0.5 * (swing + 1.0) * (STRIDES - 1)).astype(np.int64)
+
+
+def nothing() -> PackedMesh:
     return PackedMesh(
         np.empty((0, 3, 3), dtype=np.float32),
         np.empty(0, dtype=np.uint8),

@@ -70,7 +70,7 @@ class StaticScene(CastScene):
     """The surroundings of a map: ground, buildings, and what stands beside the roads.
 
     The same map, seed, changes and ground give the same triangles. `ground` has the heights; vehicles stand
-    at `ground.poses`.
+    at `ground.poses`. `parked` (k, 6) has x, y, yaw, length, width, height of the parked vehicles.
     """
 
     def __init__(
@@ -91,9 +91,10 @@ class StaticScene(CastScene):
         add_buildings(mesh, self.ground, self.buildings, seed)
         parts = [mesh.packed()]
         self.sway_phases: NDArray[np.float32] = np.zeros(1, np.float32)
+        self.parked: Array = np.empty((0, 6))
         if is_furnished:
             furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
-            self.sway_phases = furniture.sway_phases
+            self.sway_phases, self.parked = furniture.sway_phases, furniture.parked
             parts += furniture.parts
         super().__init__(joined(parts))
         self._build_hierarchy()
