@@ -1,0 +1,88 @@
+"""How much a region of a picture looks like a person who stands: histograms of oriented gradients (HOG).
+
+Dalal and Triggs (2005), with the linear classifier for people that comes with OpenCV (NUS paper, section III-A).
+"""
+
+from types import ModuleType
+
+import numpy as np
+
+from contract.geometry import Array
+
+WINDOW_PX = (64, 128)
+# Of the window, a person fills this much; the rest is a margin that the classifier was trained with.
+PERSON_PX = 96.0
+_STRIDE_PX = 8
+# Lower than any score: every window is answered.
+_EVERY = -1e3
+
+
+class CameraLibraryMissing(Exception):
+    """OpenCV is not installed, or has no people detector; the message says how to install it."""
+
+
+def opencv() -> ModuleType:
+    """OpenCV, which is an extra. Raises CameraLibraryMissing."""
+    try:
+        import cv2
+    except ImportError as error:
+        raise CameraLibraryMissing(
+            "finding people in pictures needs OpenCV: install it with `make camera`, or "
+            "`pip install opencv-contrib-python-headless`"
+        ) from error
+    if not hasattr(cv2, "HOGDescriptor"):
+        raise CameraLibraryMissing(
+            f"OpenCV {cv2.__version__} has no HOG people detector: its `contrib` build has; `make camera` installs it"
+        )
+    library: ModuleType = cv2
+    return library
+
+
+class HogPeopleDetector:
+    """Scores regions of pictures, one thread, without a state of its own.
+
+    slack_px  the person may stand that much beside the expected place, in pixels of a person of 96 px
+    """
+
+    def __init__(self, slack_px: int = 8) -> None:
+        """Raises CameraLibraryMissing; ValueError for a slack that is no multiple of HOG's cell of 8 px."""
+        if slack_px % _STRIDE_PX or slack_px < 0:
+            raise ValueError(f"slack_px must be a multiple of {_STRIDE_PX}, not {slack_px}")
+        self._cv2 = opencv()
+        self._cv2.setNumThreads(1)
+        self._hog = self._cv2.HOGDescriptor()
+        self._hog.setSVMDetector(self._cv2.HOGDescriptor_getDefaultPeopleDetector())
+        self._size_px = (WINDOW_PX[0] + 2 * slack_px, WINDOW_PX[1] + 2 * slack_px)
+
+    def score(self, pixels: np.ndarray, feet_px: tuple[float, float], height_px: float) -> float:
+        """Distance from the classifier's plane of the best window; people have more than 0.
+
+        pixels     (h, w, 3) uint8; beyond the picture its edge is repeated
+        feet_px    column, row of the place on the ground between the feet
+        height_px  from the feet to the top of the head
+        """
+        scale = PERSON_PX / height_px
+        width, height = self._size_px
+        # The window's middle is the person's.
+        u, v = feet_px[0], feet_px[1] - 0.5 * height_px
+        low = scale < 1.0
+        M: Array = np.array([[scale, 0.0, 0.5 * (width - 1) - scale * u], [0.0, scale, 0.5 * (height - 1) - scale * v]])
+        cv2 = self._cv2
+        if low:
+            region = self._shrunk(pixels, u, v, scale)
+        else:
+            region = cv2.warpAffine(
+                pixels, M, self._size_px, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+            )
+        _, scores = self._hog.detect(region, hitThreshold=_EVERY, winStride=(_STRIDE_PX, _STRIDE_PX))
+        return float(np.max(scores))
+
+    def _shrunk(self, pixels: np.ndarray, u: float, v: float, scale: float) -> np.ndarray:
+        """The region of a person who fills more than the window: pixels are averaged."""
+        width, height = (round(side / scale) for side in self._size_px)
+        left, top = round(u - 0.5 * width), round(v - 0.5 * height)
+        rows = np.clip(np.arange(top, top + height), 0, pixels.shape[0] - 1)
+        columns = np.clip(np.arange(left, left + width), 0, pixels.shape[1] - 1)
+        cut = pixels[rows[:, None], columns[None, :]]
+        shrunk: np.ndarray = self._cv2.resize(cut, self._size_px, interpolation=self._cv2.INTER_AREA)
+        return shrunk
