@@ -41,18 +41,19 @@ def opencv() -> ModuleType:
 class HogPeopleDetector:
     """Scores regions of pictures, one thread, without a state of its own.
 
-    slack_px  the person may stand that much beside the expected place, in pixels of a person of 96 px
+    aside_px, up_px  the person may stand that much beside, above and below the expected place, in pixels of
+                     a person of 96 px
     """
 
-    def __init__(self, slack_px: int = 8) -> None:
-        """Raises CameraLibraryMissing; ValueError for a slack that is no multiple of HOG's cell of 8 px."""
-        if slack_px % _STRIDE_PX or slack_px < 0:
-            raise ValueError(f"slack_px must be a multiple of {_STRIDE_PX}, not {slack_px}")
+    def __init__(self, aside_px: int = 8, up_px: int = 24) -> None:
+        """Raises CameraLibraryMissing; ValueError for an allowance that is no multiple of HOG's cell of 8 px."""
+        if aside_px % _STRIDE_PX or up_px % _STRIDE_PX or min(aside_px, up_px) < 0:
+            raise ValueError(f"aside_px and up_px must be multiples of {_STRIDE_PX}, not {aside_px}, {up_px}")
         self._cv2 = opencv()
         self._cv2.setNumThreads(1)
         self._hog = self._cv2.HOGDescriptor()
         self._hog.setSVMDetector(self._cv2.HOGDescriptor_getDefaultPeopleDetector())
-        self._size_px = (WINDOW_PX[0] + 2 * slack_px, WINDOW_PX[1] + 2 * slack_px)
+        self._size_px = (WINDOW_PX[0] + 2 * aside_px, WINDOW_PX[1] + 2 * up_px)
 
     def score(self, pixels: np.ndarray, feet_px: tuple[float, float], height_px: float) -> float:
         """Distance from the classifier's plane of the best window; people have more than 0.
@@ -65,14 +66,14 @@ class HogPeopleDetector:
         width, height = self._size_px
         # The window's middle is the person's.
         u, v = feet_px[0], feet_px[1] - 0.5 * height_px
-        low = scale < 1.0
-        M: Array = np.array([[scale, 0.0, 0.5 * (width - 1) - scale * u], [0.0, scale, 0.5 * (height - 1) - scale * v]])
-        cv2 = self._cv2
-        if low:
+        if scale < 1.0:
             region = self._shrunk(pixels, u, v, scale)
         else:
-            region = cv2.warpAffine(
-                pixels, M, self._size_px, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+            M: Array = np.array(
+                [[scale, 0.0, 0.5 * (width - 1) - scale * u], [0.0, scale, 0.5 * (height - 1) - scale * v]]
+            )
+            region = self._cv2.warpAffine(
+                pixels, M, self._size_px, flags=self._cv2.INTER_LINEAR, borderMode=self._cv2.BORDER_REPLICATE
             )
         _, scores = self._hog.detect(region, hitThreshold=_EVERY, winStride=(_STRIDE_PX, _STRIDE_PX))
         return float(np.max(scores))
@@ -81,8 +82,15 @@ class HogPeopleDetector:
         """The region of a person who fills more than the window: pixels are averaged."""
         width, height = (round(side / scale) for side in self._size_px)
         left, top = round(u - 0.5 * width), round(v - 0.5 * height)
-        rows = np.clip(np.arange(top, top + height), 0, pixels.shape[0] - 1)
-        columns = np.clip(np.arange(left, left + width), 0, pixels.shape[1] - 1)
-        cut = pixels[rows[:, None], columns[None, :]]
+        rows, columns = pixels.shape[:2]
+        above, before = max(0, -top), max(0, -left)
+        below, after = max(0, top + height - rows), max(0, left + width - columns)
+        cut = pixels[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)]
+        if not cut.size:
+            return np.zeros((self._size_px[1], self._size_px[0], 3), dtype=np.uint8)
+        if above or before or below or after:
+            cut = self._cv2.copyMakeBorder(
+                cut, above, below, before, after, borderType=self._cv2.BORDER_REPLICATE
+            )
         shrunk: np.ndarray = self._cv2.resize(cut, self._size_px, interpolation=self._cv2.INTER_AREA)
         return shrunk
