@@ -16,7 +16,7 @@ _BAND_M = 2.5
 # A track belongs to a person who is this near.
 _NEAR_M = 0.7
 # A person who has been in view for so long must have a label; the paper's vehicle needs longer to stop.
-SETTLED_NS = 500_000_000
+SETTLED_NS = 1_000_000_000
 # A person of whom more is hidden is not in view.
 _HIDDEN_MAX = 0.4
 

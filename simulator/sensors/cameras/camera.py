@@ -20,18 +20,19 @@ _REACH_M = 300.0
 # Rays of one pixel, where people are: a limb is a pixel or two wide.
 _SUBSAMPLES = ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25))
 _OFF_SURFACE_M = 0.01
+# Rays that tell how much of a person is hidden.
+_RAYS_ACROSS, _RAYS_DOWN = 12, 28
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
     """A picture, and for scores which people it shows.
 
-    numbers (k,) of the people; pixels (k,) which they fill; hidden (k,) share that something else hides, 0 to 1
+    numbers (k,) of the people; hidden (k,) share of each that something else hides, 1 outside the picture
     """
 
     picture: Picture
     numbers: NDArray[np.int64]
-    pixels: Array
     hidden: Array
 
 
@@ -57,47 +58,42 @@ class SceneCamera:
     def take(self, T_map_base: Array, stamp_ns: int, around: CameraSurroundings) -> Shot:
         """The picture from a pose (4, 4) of the base; a fixed camera's base is the map (`np.eye(4)`)."""
         T_map_camera = np.asarray(T_map_base) @ self.mount.T_base_camera
-        light = self._light_of(T_map_camera, self._pixels, around, None)
-        rows = self._rows_with_people(T_map_camera, around.people)
-        numbers = np.asarray(around.people.numbers, dtype=np.int64)
-        seen, alone = np.zeros(len(numbers)), np.zeros(len(numbers))
-        if len(rows):
-            fine = np.zeros((len(rows), 3), dtype=np.float32)
-            for du, dv in _SUBSAMPLES:
-                places = self._pixels[rows] + (du, dv)
-                owners = _Owners(numbers)
-                fine += self._light_of(T_map_camera, places, around, owners)
-                seen += owners.seen
-                alone += owners.alone
-            light[rows] = fine / len(_SUBSAMPLES)
-        mount = self.mount
+        mount, boxes = self.mount, _boxes_px(self.mount, T_map_camera, around.people)
+        marked = np.zeros((mount.height_px, mount.width_px), dtype=bool)
+        for left, top, right, bottom in boxes:
+            marked[top:bottom, left:right] = True
+        light = np.empty((marked.size, 3), dtype=np.float32)
+        plain, fine = np.flatnonzero(~marked), np.flatnonzero(marked)
+        light[plain] = self._light_of(T_map_camera, self._pixels[plain], around)
+        if len(fine):
+            parts = [self._light_of(T_map_camera, self._pixels[fine] + offset, around) for offset in _SUBSAMPLES]
+            light[fine] = sum(parts) / len(parts)
         rng = np.random.default_rng([self._seed, *mount.name.encode(), stamp_ns])
         sun_px, angle_rad = self._sun(T_map_camera, around)
-        pixels = developed(light.reshape(mount.height_px, mount.width_px, 3), self.light, sun_px, angle_rad, rng)
-        hidden = 1.0 - seen / np.maximum(alone, 1.0)
-        return Shot(Picture(mount.name, stamp_ns, pixels), numbers, seen / len(_SUBSAMPLES), hidden)
+        pixels = developed(light.reshape(*marked.shape, 3), self.light, sun_px, angle_rad, rng)
+        hidden = self._hidden(T_map_camera, around, boxes)
+        return Shot(Picture(mount.name, stamp_ns, pixels), np.asarray(around.people.numbers), hidden)
 
     def _light_of(
-        self, T_map_camera: Array, places_px: Array, around: CameraSurroundings, owners: "_Owners | None"
+        self, T_map_camera: Array, places_px: Array, around: CameraSurroundings
     ) -> Array32:
-        """(n, 3) light of the rays through places (n, 2) of the picture; owners None: people are left out."""
+        """(n, 3) light of the rays through places (n, 2) of the picture."""
         rays = self._rays(T_map_camera, places_px)
         n = len(rays)
         origin = T_map_camera[:3, 3].astype(np.float32)
         origins = np.broadcast_to(origin, (n, 3)).astype(np.float32)
         hit_m, triangles = self._scene.cast(origins, rays, np.full(n, _REACH_M, dtype=np.float32))
-        scenes: list[tuple[CastScene, Array32]] = [(self._scene, self._colours)]
-        scenes.append((around.vehicles, _colours_of(around.vehicles)))
-        if owners is not None:
-            scenes.append((around.people.scene, around.people.colours))
+        scenes: list[tuple[CastScene, Array32]] = [
+            (self._scene, self._colours),
+            (around.vehicles, _colours_of(around.vehicles)),
+            (around.people.scene, around.people.colours),
+        ]
         owner = np.zeros(n, dtype=np.int8)
         for number, (scene, _) in enumerate(scenes[1:], 1):
             near_m, found = scene.cast(origins, rays, hit_m.copy())
             is_nearer = found >= 0
             owner[is_nearer], hit_m = number, np.where(is_nearer, near_m, hit_m)
             triangles = np.where(is_nearer, found, triangles)
-        if owners is not None:
-            owners.count(around.people.scene, origins, rays, triangles[owner == 2])
         lit = self._sunlit(origins, rays, hit_m, triangles, owner, scenes, around)
         lights = self._light_row(T_map_camera)
         out = np.zeros((n, 3), dtype=np.float32)
@@ -153,25 +149,33 @@ class SceneCamera:
         rays /= np.linalg.norm(rays, axis=1)[:, None]
         return np.ascontiguousarray(rays @ T_map_camera[:3, :3].T, dtype=np.float32)
 
-    def _rows_with_people(self, T_map_camera: Array, people: ClothedPeople) -> NDArray[np.int64]:
-        """The pixels near to people, which take more rays."""
-        mount = self.mount
-        marked = np.zeros((mount.height_px, mount.width_px), dtype=bool)
-        T_camera_map = np.linalg.inv(T_map_camera)
-        for x, y, z, height_m in people.boxes_map:
-            corners = np.array(
-                [(x + dx, y + dy, z + h, 1.0) for dx in (-0.6, 0.6) for dy in (-0.6, 0.6) for h in (-0.1, height_m + 0.1)]
-            )
-            seen = (T_camera_map @ corners.T)[:3]
-            if seen[2].max() < 0.2:
+    def _hidden(self, T_map_camera: Array, around: CameraSurroundings, boxes: NDArray[np.int64]) -> Array:
+        """(k,) share of each person that something nearer hides, by rays through the person's box."""
+        people = around.people
+        hidden = np.ones(len(people.numbers))
+        for k, number in enumerate(people.numbers.tolist()):
+            left, top, right, bottom = boxes[k]
+            if right <= left or bottom <= top:
                 continue
-            depth = np.maximum(seen[2], 0.2)
-            u = mount.K[0, 0] * seen[0] / depth + mount.K[0, 2]
-            v = mount.K[1, 1] * seen[1] / depth + mount.K[1, 2]
-            left, right = (int(np.clip(edge, 0, mount.width_px)) for edge in (u.min() - 1, u.max() + 2))
-            top, bottom = (int(np.clip(edge, 0, mount.height_px)) for edge in (v.min() - 1, v.max() + 2))
-            marked[top:bottom, left:right] = True
-        return np.flatnonzero(marked.ravel())
+            v, u = np.meshgrid(
+                np.linspace(top, bottom - 1, _RAYS_DOWN), np.linspace(left, right - 1, _RAYS_ACROSS), indexing="ij"
+            )
+            rays = self._rays(T_map_camera, np.column_stack((u.ravel(), v.ravel())))
+            origins = np.broadcast_to(T_map_camera[:3, 3], (len(rays), 3)).astype(np.float32)
+            mine = people.scene.surfaces.objects == number
+            alone_m, met = CastScene(people.mesh.selected(mine)).cast(
+                origins, rays, np.full(len(rays), _REACH_M, dtype=np.float32)
+            )
+            rows = np.flatnonzero(met >= 0)
+            if not len(rows):
+                continue
+            before_m = alone_m[rows] - np.float32(0.05)
+            free = np.ones(len(rows), dtype=bool)
+            for scene in (self._scene, around.vehicles, people.scene):
+                _, blocked = scene.cast(origins[rows], rays[rows], before_m.copy())
+                free &= (blocked < 0) | ((scene is people.scene) & _is_of(people, blocked, number))
+            hidden[k] = 1.0 - float(free.mean())
+        return hidden
 
     def _light_row(self, T_map_camera: Array) -> Array32:
         light = self.light
@@ -197,26 +201,31 @@ class SceneCamera:
         return (float(u), float(v)), angle_rad
 
 
-class _Owners:
-    """Counts the rays that meet each person, with and without what stands before."""
+def _is_of(people: ClothedPeople, triangles: NDArray[np.int32], number: int) -> NDArray[np.bool_]:
+    """(n,) which triangles belong to this person; -1 belongs to nobody."""
+    mine: NDArray[np.bool_] = people.scene.surfaces.objects[np.maximum(triangles, 0)] == number
+    return mine & (triangles >= 0)
 
-    def __init__(self, numbers: NDArray[np.int64]) -> None:
-        self._order = np.argsort(numbers, kind="stable")
-        self._sorted = numbers[self._order]
-        self.seen, self.alone = np.zeros(len(numbers)), np.zeros(len(numbers))
 
-    def count(self, people: CastScene, origins: Array32, rays: Array32, met: NDArray[np.int32]) -> None:
-        """met: triangles of people that rays meet in the picture."""
-        _, found = people.cast(origins, rays, np.full(len(rays), _REACH_M, dtype=np.float32))
-        self.seen = self._of(people, met)
-        self.alone = self._of(people, found[found >= 0])
-
-    def _of(self, people: CastScene, triangles: NDArray[np.int32]) -> Array:
-        counts = np.zeros(len(self._order))
-        if len(triangles):
-            at = np.searchsorted(self._sorted, people.surfaces.objects[triangles])
-            counts[self._order] = np.bincount(at, minlength=len(self._order))
-        return counts
+def _boxes_px(mount: CameraMount, T_map_camera: Array, people: ClothedPeople) -> NDArray[np.int64]:
+    """(k, 4) left, top, right, bottom of each person, clipped to the picture; empty behind the camera."""
+    K, T_camera_map = mount.K, np.linalg.inv(T_map_camera)
+    boxes = np.zeros((len(people.boxes_map), 4), dtype=np.int64)
+    for k, (x, y, z, height_m) in enumerate(people.boxes_map):
+        corners = np.array(
+            [
+                (x + dx, y + dy, z + up, 1.0)
+                for dx in (-0.6, 0.6) for dy in (-0.6, 0.6) for up in (-0.1, height_m + 0.1)
+            ]
+        )  # fmt: skip
+        seen = (T_camera_map @ corners.T)[:3]
+        if seen[2].max() < 0.2:
+            continue
+        depth = np.maximum(seen[2], 0.2)
+        u, v = K[0, 0] * seen[0] / depth + K[0, 2], K[1, 1] * seen[1] / depth + K[1, 2]
+        edges = np.array([u.min() - 1, v.min() - 1, u.max() + 2, v.max() + 2])
+        boxes[k] = np.clip(edges, 0, (mount.width_px, mount.height_px, mount.width_px, mount.height_px))
+    return boxes
 
 
 _COLOURS_OF_NONE: Array32 = np.empty((0, 3), dtype=np.float32)

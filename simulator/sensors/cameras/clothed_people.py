@@ -35,9 +35,11 @@ _SHOES = np.array([(0.02, 0.02, 0.02), (0.50, 0.50, 0.50), (0.12, 0.07, 0.04)])
 class ClothedPeople:
     """One moment's people: `scene` to cast rays at, `colours` (n, 3) of its triangles, `numbers` of bodies."""
 
-    def __init__(self, scene: CastScene, colours: Array32, boxes_map: Array, numbers: NDArray[np.int64]) -> None:
+    def __init__(self, mesh: PackedMesh, colours: Array32, boxes_map: Array, numbers: NDArray[np.int64]) -> None:
         """boxes_map (k, 4): x, y, z of the feet and the height of each person."""
-        self.scene, self.colours, self.boxes_map, self.numbers = scene, colours, boxes_map, numbers
+        self.mesh, self.scene = mesh, CastScene(mesh)
+        assert len(self.scene.triangles) == len(colours), "a figure has a triangle without an area"
+        self.colours, self.boxes_map, self.numbers = colours, boxes_map, numbers
 
 
 class PeopleDresser:
@@ -64,12 +66,8 @@ class PeopleDresser:
             triangles.append(_placed(body.triangles, people.poses_map[k], float(z_m[k]), float(scales[k])))
             colours.append(palette[body.parts])
             owners.append(np.full(len(body.parts), number, dtype=np.int32))
-        if not count:
-            return ClothedPeople(CastScene(_mesh([], [])), np.empty((0, 3), np.float32), boxes, people.numbers)
-        scene = CastScene(_mesh(triangles, owners))
-        every = np.concatenate(colours).astype(np.float32)
-        assert len(every) == len(scene.triangles), "a figure has a triangle without an area"
-        return ClothedPeople(scene, every, boxes, people.numbers)
+        every = np.concatenate(colours).astype(np.float32) if count else np.empty((0, 3), np.float32)
+        return ClothedPeople(_mesh(triangles, owners), every, boxes, people.numbers)
 
     def _figure(self, people: Bodies, k: int, style: int):  # type: ignore[no-untyped-def]
         x_m, y_m, yaw_rad = people.poses_map[k]

@@ -11,6 +11,8 @@ from simulator.sensors.cameras.light import Light
 from simulator.sensors.scene.static_scene import Array32
 
 _LENS_PX = 0.55
+# A camera's own processor sharpens edges and spreads the tones.
+_SHARPEN, _SHARPEN_PX, _CONTRAST = 0.6, 1.0, 1.2
 # The mean grey that the exposure aims at, linear.
 _AIM = 0.20
 _VISIBLE_SUN_RAD = 0.9
@@ -33,6 +35,8 @@ def developed(
     gain = min(lights.exposure_max, _AIM / max(middle, 1e-6))
     exposed = picture * np.float32(gain)
     encoded = np.where(exposed < 0.0031308, 12.92 * exposed, 1.055 * np.maximum(exposed, 1e-9) ** (1 / 2.4) - 0.055)
+    encoded = encoded + _SHARPEN * (encoded - gaussian_filter(encoded, (_SHARPEN_PX, _SHARPEN_PX, 0.0)))
+    encoded = 0.45 + _CONTRAST * (encoded - 0.45)
     noise = lights.noise * (0.5 + 0.5 * math.sqrt(max(1.0, gain)))
     encoded = 255.0 * encoded + noise * rng.standard_normal(picture.shape, dtype=np.float32)
     return np.clip(np.rint(encoded), 0.0, 255.0).astype(np.uint8)
