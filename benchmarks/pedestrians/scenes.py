@@ -27,6 +27,8 @@ PICTURE_EVERY = 3
 _FLEET_FROM = 1_000_000
 # At the height of a hip: legs are two things, and the road's hills are below.
 _LASER_M = 0.85
+# Of a drive among people.
+_SECONDS = 2.4
 
 
 def people_laser(body: Body) -> PlanarMount:
@@ -46,21 +48,50 @@ class Moment:
     shot: Shot | None
 
 
-def walkers(pose_map: Pose2, count: int, field_rad: float, rng: np.random.Generator) -> Bodies:
-    """People 8 m to 33 m ahead within a field of view; a quarter stand."""
-    ranges = rng.uniform(8.0, 33.0, count)
-    angles = pose_map.yaw_rad + rng.uniform(-0.42, 0.42, count) * field_rad
-    yaws = rng.uniform(-math.pi, math.pi, count)
-    speeds = np.where(rng.random(count) < 0.25, 0.0, rng.uniform(0.6, 1.6, count))
+def walkers(
+    start_map: Pose2, end_map: Pose2, count: int, scene: StaticScene, lens_m: float, rng: np.random.Generator
+) -> Bodies:
+    """People 9 m to 32 m ahead, a quarter of them standing, whom nothing that stands hides at start and end.
+
+    end_map  pose of the vehicle at the end; lens_m: height of its camera
+    """
+    rows: list[tuple[float, float, float, float]] = []
+    for _ in range(200 * count):
+        if len(rows) == count:
+            break
+        range_m, angle_rad = rng.uniform(9.0, 32.0), start_map.yaw_rad + rng.uniform(-0.38, 0.38)
+        yaw_rad = rng.uniform(-math.pi, math.pi)
+        speed_mps = 0.0 if rng.random() < 0.25 else rng.uniform(0.6, 1.6)
+        x, y = start_map.x_m + range_m * math.cos(angle_rad), start_map.y_m + range_m * math.sin(angle_rad)
+        way = _SECONDS * speed_mps * np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
+        begin, end = np.array([x, y]), np.array([x, y]) + way
+        if _is_free(start_map, begin, scene, lens_m) and _is_free(end_map, end, scene, lens_m):
+            rows.append((x, y, yaw_rad, speed_mps))
+    table = np.array(rows).reshape(-1, 4)
     return Bodies(
-        rng.integers(1, 100_000, count),
-        np.full(count, PEDESTRIAN, np.int64),
-        np.column_stack(
-            (pose_map.x_m + ranges * np.cos(angles), pose_map.y_m + ranges * np.sin(angles), yaws)
-        ),
-        speeds[:, None] * np.column_stack((np.cos(yaws), np.sin(yaws))),
-        np.full((count, 2), 0.5),
+        rng.integers(1, 100_000, len(rows)),
+        np.full(len(rows), PEDESTRIAN, np.int64),
+        table[:, :3],
+        table[:, 3:] * np.column_stack((np.cos(table[:, 2]), np.sin(table[:, 2]))),
+        np.full((len(rows), 2), 0.5),
     )
+
+
+def _is_free(pose_map: Pose2, place: Array, scene: StaticScene, lens_m: float) -> bool:
+    """Neither the laser's beam nor the camera's view of hip and head meets what stands."""
+    ground = scene.ground.height_m(np.array([pose_map.x_m, place[0]]), np.array([pose_map.y_m, place[1]]))
+    ways = np.array(
+        [
+            [place[0] - pose_map.x_m, place[1] - pose_map.y_m, ground[1] + goal_m - ground[0] - from_m]
+            for from_m, goal_m in ((_LASER_M, _LASER_M), (lens_m, 0.4), (lens_m, 1.6))
+        ]
+    )
+    lengths = np.linalg.norm(ways, axis=1)
+    origins = np.array([[pose_map.x_m, pose_map.y_m, ground[0] + m] for m in (_LASER_M, lens_m, lens_m)])
+    _, met = scene.cast(
+        origins.astype(np.float32), (ways / lengths[:, None]).astype(np.float32), lengths.astype(np.float32)
+    )
+    return bool((met < 0).all())
 
 
 class PeopleDrive:
@@ -87,7 +118,10 @@ class PeopleDrive:
         self.laser = people_laser(body)
         self._scanner = PlanarScanner(self.laser, scene, np.random.default_rng([seed, *b"laser"]))
         self.camera = SceneCamera(camera, scene, seed, light)
-        self._start = walkers(self._pose(0.0), people, camera.field_rad, rng) if people else no_bodies()
+        self._start = no_bodies()
+        if people:
+            lens_m = float(camera.T_base_camera[2, 3])
+            self._start = walkers(self._pose(0.0), self._pose(seconds), people, scene, lens_m, rng)
         self._count = round(seconds * 1e9 / SCAN_NS)
         self._with_pictures = with_pictures
 

@@ -15,9 +15,9 @@ class CounterParams:
     """score_person     HOG score of a region by which it shows a person
     score_moving     enough for a thing that moves and has a person's height
     person_ratio     height of a moving thing, of a person's at its place, from and to
-    apart_m          two regions nearer than this show the same person
-    grid_m           places of the area that are looked at, too, for people who stand
-    sweep_every      pictures from one such look to the next
+    apart_ratio      two regions nearer than this, of a person's height, show the same person; apart_m: on the ground
+    grid_m           the area is looked at in such steps, too, for people who stand
+    grid_places      so many of these places in each picture, one after another
     keep_pictures    a person whom the pictures lose stays counted for so many
     height_px_min    smaller people are not told from noise
     """
@@ -25,9 +25,10 @@ class CounterParams:
     score_person: float = 0.0
     score_moving: float = -0.8
     person_ratio: tuple[float, float] = (0.5, 1.4)
+    apart_ratio: tuple[float, float] = (0.22, 0.35)
     apart_m: float = 0.5
     grid_m: float = 0.4
-    sweep_every: int = 5
+    grid_places: int = 30
     keep_pictures: int = 3
     height_px_min: float = 16.0
 
@@ -40,7 +41,7 @@ class PeopleCounter:
         self._ground, self._outline = ground, np.asarray(outline_map, dtype=np.float64)
         self.params = params or CounterParams()
         self._cv2 = opencv()
-        self._detector = HogPeopleDetector(8, 16)
+        self._detector = HogPeopleDetector(8, 8)
         self._background = self._cv2.createBackgroundSubtractorMOG2(history=300, varThreshold=25, detectShadows=True)
         self._grid = self._places_of_area()
         self._pictures = 0
@@ -54,21 +55,24 @@ class PeopleCounter:
 
     def people(self, pixels: np.ndarray) -> Array:
         """(n, 2) where the people stand, map frame; those near to the area among them."""
-        moving = self._background.apply(pixels)
-        candidates = [self._moving_places(moving), self._known[:, :2]]
-        limits = [
-            np.full(len(candidates[0]), self.params.score_moving), np.full(len(self._known), self.params.score_person)
-        ]
-        if self._pictures % self.params.sweep_every == 0:
-            candidates.append(self._grid)
-            limits.append(np.full(len(self._grid), self.params.score_person))
-        found = self._verified(pixels, np.concatenate(candidates), np.concatenate(limits))
-        self._remember(found)
+        params = self.params
+        groups = (
+            (self._moving_places(self._background.apply(pixels)), params.score_moving),
+            (self._known[:, :2], params.score_person),
+            (self._next_grid_places(), params.score_person),
+        )
+        places = np.concatenate([group for group, _ in groups])
+        limits = np.concatenate([np.full(len(group), limit) for group, limit in groups])
+        self._remember(self._verified(pixels, places, limits))
         self._pictures += 1
         return self._known[:, :2].copy()
 
+    def _next_grid_places(self) -> Array:
+        count = min(self.params.grid_places, len(self._grid))
+        return np.roll(self._grid, -self._pictures * count, axis=0)[:count]
+
     def _verified(self, pixels: np.ndarray, places: Array, limits: Array) -> Array:
-        """(k, 2) the places that show a person, each person once, the surest first."""
+        """(k, 2) where the people of these places stand, each person once."""
         if not len(places):
             return places.reshape(0, 2)
         feet, heights = self._ground.pixels(places), self._ground.person_heights_px(places)
@@ -79,17 +83,25 @@ class PeopleCounter:
         scores = np.full(len(places), -np.inf)
         for k in np.flatnonzero(usable).tolist():
             at = (float(feet[k, 0]), float(feet[k, 1]))
-            scores[k] = max(self._detector.score(pixels, at, float(heights[k]) * share) for share in (0.95, 1.08))
-        return self._apart(places, scores, scores >= limits)
+            # The next size is only tried where the first says something.
+            score, found = self._detector.best(pixels, at, float(heights[k]))
+            if -1.0 < score < 1.0:
+                score, found = max((score, found), self._detector.best(pixels, at, 1.12 * float(heights[k])))
+            scores[k], feet[k] = score, found
+        kept = self._once(feet, heights, scores, scores >= limits)
+        return self._ground.places(feet[kept])
 
-    def _apart(self, places: Array, scores: Array, chosen: np.ndarray) -> Array:
+    def _once(self, feet: Array, heights: Array, scores: Array, chosen: np.ndarray) -> list[int]:
+        """Rows of different people, the surest first."""
+        aside, along = self.params.apart_ratio
         kept: list[int] = []
         for k in np.argsort(-scores, kind="stable").tolist():
             if not chosen[k]:
                 continue
-            if all(np.hypot(*(places[k] - places[other])) >= self.params.apart_m for other in kept):
+            apart = np.abs(feet[kept] - feet[k]) / heights[k]
+            if not np.any((apart[:, 0] < aside) & (apart[:, 1] < along)):
                 kept.append(k)
-        return places[kept].reshape(-1, 2)
+        return kept
 
     def _moving_places(self, moving: np.ndarray) -> Array:
         """(n, 2) where things that move touch the ground; a wide one, such as a group, at several places."""

@@ -173,7 +173,7 @@ class SceneCamera:
             free = np.ones(len(rows), dtype=bool)
             for scene in (self._scene, around.vehicles, people.scene):
                 _, blocked = scene.cast(origins[rows], rays[rows], before_m.copy())
-                free &= (blocked < 0) | ((scene is people.scene) & _is_of(people, blocked, number))
+                free &= (blocked < 0) if scene is not people.scene else ~_is_other(people, blocked, number)
             hidden[k] = 1.0 - float(free.mean())
         return hidden
 
@@ -201,10 +201,10 @@ class SceneCamera:
         return (float(u), float(v)), angle_rad
 
 
-def _is_of(people: ClothedPeople, triangles: NDArray[np.int32], number: int) -> NDArray[np.bool_]:
-    """(n,) which triangles belong to this person; -1 belongs to nobody."""
-    mine: NDArray[np.bool_] = people.scene.surfaces.objects[np.maximum(triangles, 0)] == number
-    return mine & (triangles >= 0)
+def _is_other(people: ClothedPeople, triangles: NDArray[np.int32], number: int) -> NDArray[np.bool_]:
+    """(n,) which triangles belong to another person; -1 belongs to nobody."""
+    other: NDArray[np.bool_] = people.scene.surfaces.objects[np.maximum(triangles, 0)] != number
+    return other & (triangles >= 0)
 
 
 def _boxes_px(mount: CameraMount, T_map_camera: Array, people: ClothedPeople) -> NDArray[np.int64]:

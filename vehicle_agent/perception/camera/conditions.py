@@ -18,7 +18,7 @@ _SATURATED = 250
 class CameraCondition(msgspec.Struct, frozen=True):
     """What is known of one camera.
 
-    stamp_ns     of its newest picture
+    stamp_ns     of its newest picture, -1 before the first
     state        pictures count as evidence of people only if it is `good`
     since_ns     of the state
     checksum     of the newest picture; same: pictures in a row that had the same one
@@ -26,7 +26,7 @@ class CameraCondition(msgspec.Struct, frozen=True):
     """
 
     camera: str
-    stamp_ns: int = 0
+    stamp_ns: int = -1
     state: CameraState = "silent"
     since_ns: int = 0
     checksum: int = 0
@@ -63,7 +63,7 @@ class CameraRules(msgspec.Struct, frozen=True):
             return known
         looked_at = np.ascontiguousarray(picture.pixels[::_EVERY, ::_EVERY])
         checksum = zlib.crc32(looked_at)
-        same = known.same + 1 if known.stamp_ns and checksum == known.checksum else 0
+        same = known.same + 1 if known.stamp_ns >= 0 and checksum == known.checksum else 0
         after = msgspec.structs.replace(
             known, stamp_ns=picture.stamp_ns, checksum=checksum, same=same,
             upright=self.memory_ratio * known.upright, turned=self.memory_ratio * known.turned,

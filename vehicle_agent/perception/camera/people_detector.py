@@ -56,7 +56,13 @@ class HogPeopleDetector:
         self._size_px = (WINDOW_PX[0] + 2 * aside_px, WINDOW_PX[1] + 2 * up_px)
 
     def score(self, pixels: np.ndarray, feet_px: tuple[float, float], height_px: float) -> float:
-        """Distance from the classifier's plane of the best window; people have more than 0.
+        """The score of the best window, as `best` gives it."""
+        return self.best(pixels, feet_px, height_px)[0]
+
+    def best(
+        self, pixels: np.ndarray, feet_px: tuple[float, float], height_px: float
+    ) -> tuple[float, tuple[float, float]]:
+        """(distance from the classifier's plane, feet) of the best window; people have more than 0.
 
         pixels     (h, w, 3) uint8; beyond the picture its edge is repeated
         feet_px    column, row of the place on the ground between the feet
@@ -75,8 +81,11 @@ class HogPeopleDetector:
             region = self._cv2.warpAffine(
                 pixels, M, self._size_px, flags=self._cv2.INTER_LINEAR, borderMode=self._cv2.BORDER_REPLICATE
             )
-        _, scores = self._hog.detect(region, hitThreshold=_EVERY, winStride=(_STRIDE_PX, _STRIDE_PX))
-        return float(np.max(scores))
+        corners, scores = self._hog.detect(region, hitThreshold=_EVERY, winStride=(_STRIDE_PX, _STRIDE_PX))
+        k = int(np.argmax(scores))
+        aside = (float(corners[k][0]) - 0.5 * (width - WINDOW_PX[0])) / scale
+        down = (float(corners[k][1]) - 0.5 * (height - WINDOW_PX[1])) / scale
+        return float(np.ravel(scores)[k]), (feet_px[0] + aside, feet_px[1] + down)
 
     def _shrunk(self, pixels: np.ndarray, u: float, v: float, scale: float) -> np.ndarray:
         """The region of a person who fills more than the window: pixels are averaged."""

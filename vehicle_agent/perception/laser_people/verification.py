@@ -38,12 +38,13 @@ class PersonVerification(msgspec.Struct, frozen=True):
     apart_ns_max     pictures that are older or newer than the tracks by more are not used
     """
 
-    score_even: float = -0.2
-    gain: float = 1.2
+    score_even: float = -0.1
+    gain: float = 3.0
     evidence_look: float = 1.5
-    doubt_look: float = 0.4
+    doubt_look: float = 0.3
     evidence_label: float = 2.4
     evidence_range: float = 6.0
+    doubt_range: float = 0.9
     person_m: float = 1.7
     heights: tuple[float, ...] = (1.0, 0.92, 1.08)
     speed_mps_max: float = 4.0
@@ -95,7 +96,7 @@ class PersonVerification(msgspec.Struct, frozen=True):
         condition = rules.after_regions(condition, upright, turned)
         if condition.state != "good":
             return tracks, condition
-        np.clip(evidence, -self.evidence_range, self.evidence_range, out=evidence)
+        np.clip(evidence, -self.doubt_range, self.evidence_range, out=evidence)
         is_person = tracks.is_person | (evidence >= self.evidence_label)
         return msgspec.structs.replace(tracks, evidence=evidence, looks=looks, is_person=is_person), condition
 
