@@ -36,7 +36,11 @@ class Samples:
         count = int(band.sum())
         if not count:
             return 0, float("nan"), float("nan")
-        return count, float(np.mean(np.array(self.tracked)[band])), float(np.mean(np.array(self.labelled)[band]))
+        return (
+            count,
+            float(np.mean(np.array(self.tracked)[band])),
+            float(np.mean(np.array(self.labelled)[band])),
+        )
 
 
 class RecallScore:
@@ -55,7 +59,12 @@ class RecallScore:
         for moment in drive.moments():
             scan = moment.scan
             state = room.after_scan(
-                state, scan.ranges_m, scan.angles_rad, drive.laser.T_base_sensor, moment.pose_map, moment.stamp_ns
+                state,
+                scan.ranges_m,
+                scan.angles_rad,
+                drive.laser.T_base_sensor,
+                moment.pose_map,
+                moment.stamp_ns,
             )
             if moment.shot is not None:
                 state = room.after_picture(

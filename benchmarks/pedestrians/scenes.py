@@ -28,7 +28,7 @@ _FLEET_FROM = 1_000_000
 # At the height of a hip: legs are two things, and the road's hills are below.
 _LASER_M = 0.85
 # Of a drive among people.
-_SECONDS = 2.4
+SECONDS = 2.4
 
 
 def people_laser(body: Body) -> PlanarMount:
@@ -63,7 +63,7 @@ def walkers(
         yaw_rad = rng.uniform(-math.pi, math.pi)
         speed_mps = 0.0 if rng.random() < 0.25 else rng.uniform(0.6, 1.6)
         x, y = start_map.x_m + range_m * math.cos(angle_rad), start_map.y_m + range_m * math.sin(angle_rad)
-        way = _SECONDS * speed_mps * np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
+        way = SECONDS * speed_mps * np.array([math.cos(yaw_rad), math.sin(yaw_rad)])
         begin, end = np.array([x, y]), np.array([x, y]) + way
         if _is_free(start_map, begin, scene, lens_m) and _is_free(end_map, end, scene, lens_m):
             rows.append((x, y, yaw_rad, speed_mps))

@@ -40,10 +40,14 @@ def watch(
         Path | None, typer.Option("--map", help="Road map that has the area; its outline is used.")
     ] = None,
     outline: Annotated[
-        str, typer.Option(metavar="X,Y X,Y X,Y ...", help="The area's corners on the map, m, in place of --map.")
+        str,
+        typer.Option(metavar="X,Y X,Y X,Y ...", help="The area's corners on the map, m, in place of --map."),
     ] = "",
     server: Annotated[
-        str, typer.Option(envvar=SERVER_VARIABLE, metavar="URL", help="http(s)://HOST:PORT that gets the reports.")
+        str,
+        typer.Option(
+            envvar=SERVER_VARIABLE, metavar="URL", help="http(s)://HOST:PORT that gets the reports."
+        ),
     ] = "",
     token: Annotated[
         str,
@@ -57,7 +61,8 @@ def watch(
         Path | None, typer.Option(help="PEM certificate to trust, if the server's is self-signed.")
     ] = None,
     vehicle: Annotated[
-        list[str] | None, typer.Option(metavar="HOST:PORT", help="A vehicle that gets them without the server.")
+        list[str] | None,
+        typer.Option(metavar="HOST:PORT", help="A vehicle that gets them without the server."),
     ] = None,
     rate_hz: Annotated[float, typer.Option("--rate", min=1.0, max=10.0, help="Reports per second.")] = 5.0,
     once: Annotated[bool, typer.Option(help="End with the video; otherwise it is opened again.")] = False,
@@ -145,7 +150,9 @@ def _outline(road_map: Path | None, outline: str, area: str) -> Array:
         raise ValueError("give --map with the area, or its --outline")
     areas = {one.area_id: one for one in load_map(road_map).observation_areas}
     if area not in areas:
-        raise ValueError(f"{road_map} has no observation area {area}; it has {', '.join(sorted(areas)) or 'none'}")
+        raise ValueError(
+            f"{road_map} has no observation area {area}; it has {', '.join(sorted(areas)) or 'none'}"
+        )
     return outline_array(areas[area])
 
 

@@ -24,7 +24,9 @@ class GroundPixels:
     T_map_pixel  (3, 3) homography from pixels to places
     """
 
-    def __init__(self, pixels: Sequence[tuple[float, float]], places_map: Sequence[tuple[float, float]]) -> None:
+    def __init__(
+        self, pixels: Sequence[tuple[float, float]], places_map: Sequence[tuple[float, float]]
+    ) -> None:
         """Raises MappingError unless four or more pairs of points are given, no three of them on a line."""
         if len(pixels) != len(places_map) or len(pixels) < 4:
             raise MappingError(
@@ -42,7 +44,9 @@ class GroundPixels:
         _, sizes, across = np.linalg.svd(np.array(rows))
         H = across[-1].reshape(3, 3)
         if sizes[7] < 1e-4 * sizes[0] or np.linalg.cond(H) > _CONDITION_MAX:
-            raise MappingError("three of the points lie on a line, in the picture or on the map; choose others")
+            raise MappingError(
+                "three of the points lie on a line, in the picture or on the map; choose others"
+            )
         self.T_map_pixel: Array = np.linalg.inv(to_place) @ H @ from_pixel
         self._T_pixel_map: Array = np.linalg.inv(self.T_map_pixel)
         depth = self._T_pixel_map @ np.append(target.mean(axis=0), 1.0)

@@ -42,7 +42,9 @@ class PeopleCounter:
         self.params = params or CounterParams()
         self._cv2 = opencv()
         self._detector = HogPeopleDetector(8, 8)
-        self._background = self._cv2.createBackgroundSubtractorMOG2(history=300, varThreshold=25, detectShadows=True)
+        self._background = self._cv2.createBackgroundSubtractorMOG2(
+            history=300, varThreshold=25, detectShadows=True
+        )
         self._grid = self._places_of_area()
         self._pictures = 0
         # Rows: x, y of a person, picture of the last sight.

@@ -23,7 +23,9 @@ class ReportLink:
     A report that finds no connection is lost: an old one would be wrong.
     """
 
-    def __init__(self, origin: str, token: str, tls: ssl.SSLContext | None, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self, origin: str, token: str, tls: ssl.SSLContext | None, tell: Callable[[str], None]
+    ) -> None:
         """origin: of the server, http or https; token: with the scope `infrastructure`; tell: failures."""
         self._url = origin.rstrip("/").replace("http", "ws", 1) + "/ws/infrastructure"
         self._token, self._tls, self._tell = token, tls, tell

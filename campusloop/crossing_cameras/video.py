@@ -41,10 +41,19 @@ class Video:
         elif self.is_file:
             self._capture = cv2.VideoCapture(source)
         else:
-            limits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, _TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, _TIMEOUT_MS]
+            limits = [
+                cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
+                _TIMEOUT_MS,
+                cv2.CAP_PROP_READ_TIMEOUT_MSEC,
+                _TIMEOUT_MS,
+            ]
             self._capture = cv2.VideoCapture(source, cv2.CAP_FFMPEG, limits)
         if not self._capture.isOpened():
-            what = "is no video that OpenCV can read" if self.is_file else "cannot be opened: is it on, and reachable?"
+            what = (
+                "is no video that OpenCV can read"
+                if self.is_file
+                else "cannot be opened: is it on, and reachable?"
+            )
             raise VideoFailure(f"{source} {what}")
         rate_hz = float(self._capture.get(cv2.CAP_PROP_FPS))
         # Streams that do not know their rate say 0, or their clock's ticks.
@@ -79,5 +88,7 @@ class Video:
         if not self.pictures_read:
             return VideoFailure(f"{self.source} has no picture: the file or stream is broken")
         if self.is_file:
-            return VideoFailure(f"the video {self.source} has ended after {self.pictures_read} pictures", has_ended=True)
+            return VideoFailure(
+                f"the video {self.source} has ended after {self.pictures_read} pictures", has_ended=True
+            )
         return VideoFailure(f"{self.source} gives no more pictures")

@@ -30,6 +30,7 @@ GROUPS = {
         Group("odometry", "vehicle_agent.localization.odometry.warm:warm_odometry"),
         Group("scan_map", "vehicle_agent.localization.scan_map.warm:warm_scan_map"),
         Group("planar_map", "vehicle_agent.localization.planar_map.warm:warm_planar_map"),
+        Group("laser_people", "vehicle_agent.perception.laser_people.warm:warm_laser_people"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("motion_calibration", "workshop.motion_calibration.warm:warm_kernels"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),

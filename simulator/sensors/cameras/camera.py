@@ -14,7 +14,7 @@ from simulator.sensors.cameras.light import DAY, Light
 from simulator.sensors.cameras.mounts import CameraMount
 from simulator.sensors.cameras.shading import LIGHT_COLUMNS, shade
 from simulator.sensors.scene.static_scene import Array32, CastScene, StaticScene
-from vehicle_agent.signals.pictures import PinholeCamera, Picture
+from vehicle_agent.signals.pictures import Picture, PinholeCamera
 
 _REACH_M = 300.0
 # Rays of one pixel, where people are: a limb is a pixel or two wide.
@@ -66,7 +66,9 @@ class SceneCamera:
         plain, fine = np.flatnonzero(~marked), np.flatnonzero(marked)
         light[plain] = self._light_of(T_map_camera, self._pixels[plain], around)
         if len(fine):
-            parts = [self._light_of(T_map_camera, self._pixels[fine] + offset, around) for offset in _SUBSAMPLES]
+            parts = [
+                self._light_of(T_map_camera, self._pixels[fine] + offset, around) for offset in _SUBSAMPLES
+            ]
             light[fine] = sum(parts) / len(parts)
         rng = np.random.default_rng([self._seed, *mount.name.encode(), stamp_ns])
         sun_px, angle_rad = self._sun(T_map_camera, around)
@@ -74,9 +76,7 @@ class SceneCamera:
         hidden = self._hidden(T_map_camera, around, boxes)
         return Shot(Picture(mount.name, stamp_ns, pixels), np.asarray(around.people.numbers), hidden)
 
-    def _light_of(
-        self, T_map_camera: Array, places_px: Array, around: CameraSurroundings
-    ) -> Array32:
+    def _light_of(self, T_map_camera: Array, places_px: Array, around: CameraSurroundings) -> Array32:
         """(n, 3) light of the rays through places (n, 2) of the picture."""
         rays = self._rays(T_map_camera, places_px)
         n = len(rays)
@@ -158,7 +158,9 @@ class SceneCamera:
             if right <= left or bottom <= top:
                 continue
             v, u = np.meshgrid(
-                np.linspace(top, bottom - 1, _RAYS_DOWN), np.linspace(left, right - 1, _RAYS_ACROSS), indexing="ij"
+                np.linspace(top, bottom - 1, _RAYS_DOWN),
+                np.linspace(left, right - 1, _RAYS_ACROSS),
+                indexing="ij",
             )
             rays = self._rays(T_map_camera, np.column_stack((u.ravel(), v.ravel())))
             origins = np.broadcast_to(T_map_camera[:3, 3], (len(rays), 3)).astype(np.float32)
@@ -186,7 +188,9 @@ class SceneCamera:
         row[10] = 4000.0 / light.rain_mm_per_h if light.rain_mm_per_h > 0.0 else 0.0
         return row
 
-    def _sun(self, T_map_camera: Array, around: CameraSurroundings) -> tuple[tuple[float, float] | None, float]:
+    def _sun(
+        self, T_map_camera: Array, around: CameraSurroundings
+    ) -> tuple[tuple[float, float] | None, float]:
         """Where the sun stands in the picture, if the camera sees it, and its angle to the axis."""
         to_sun = self.light.to_sun
         ahead = T_map_camera[:3, :3].T @ to_sun

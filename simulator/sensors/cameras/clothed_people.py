@@ -35,7 +35,9 @@ _SHOES = np.array([(0.02, 0.02, 0.02), (0.50, 0.50, 0.50), (0.12, 0.07, 0.04)])
 class ClothedPeople:
     """One moment's people: `scene` to cast rays at, `colours` (n, 3) of its triangles, `numbers` of bodies."""
 
-    def __init__(self, mesh: PackedMesh, colours: Array32, boxes_map: Array, numbers: NDArray[np.int64]) -> None:
+    def __init__(
+        self, mesh: PackedMesh, colours: Array32, boxes_map: Array, numbers: NDArray[np.int64]
+    ) -> None:
         """boxes_map (k, 4): x, y, z of the feet and the height of each person."""
         self.mesh, self.scene = mesh, CastScene(mesh)
         assert len(self.scene.triangles) == len(colours), "a figure has a triangle without an area"

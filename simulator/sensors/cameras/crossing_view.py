@@ -88,7 +88,9 @@ class CrossingView:
             ways = goals - lens
             lengths = np.linalg.norm(ways, axis=1)
             origins = np.broadcast_to(lens, ways.shape).astype(np.float32)
-            _, met = scene.cast(origins, (ways / lengths[:, None]).astype(np.float32), lengths.astype(np.float32))
+            _, met = scene.cast(
+                origins, (ways / lengths[:, None]).astype(np.float32), lengths.astype(np.float32)
+            )
             free = int(np.count_nonzero(met < 0))
             if free > most:
                 best, most = lens, free

@@ -19,7 +19,11 @@ _VISIBLE_SUN_RAD = 0.9
 
 
 def developed(
-    light: Array32, lights: Light, sun_px: tuple[float, float] | None, sun_angle_rad: float, rng: np.random.Generator
+    light: Array32,
+    lights: Light,
+    sun_px: tuple[float, float] | None,
+    sun_angle_rad: float,
+    rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
     """(h, w, 3) uint8 of the light (h, w, 3) that reaches the lens.
 
@@ -34,7 +38,9 @@ def developed(
     middle = float(np.mean(np.minimum(picture, 4.0)))
     gain = min(lights.exposure_max, _AIM / max(middle, 1e-6))
     exposed = picture * np.float32(gain)
-    encoded = np.where(exposed < 0.0031308, 12.92 * exposed, 1.055 * np.maximum(exposed, 1e-9) ** (1 / 2.4) - 0.055)
+    encoded = np.where(
+        exposed < 0.0031308, 12.92 * exposed, 1.055 * np.maximum(exposed, 1e-9) ** (1 / 2.4) - 0.055
+    )
     encoded = encoded + _SHARPEN * (encoded - gaussian_filter(encoded, (_SHARPEN_PX, _SHARPEN_PX, 0.0)))
     encoded = 0.45 + _CONTRAST * (encoded - 0.45)
     noise = lights.noise * (0.5 + 0.5 * math.sqrt(max(1.0, gain)))

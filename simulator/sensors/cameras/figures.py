@@ -60,7 +60,9 @@ def figure(phase_rad: float, style: int, swing_rad: float) -> Figure:
 
     share = swing_rad / _SWING_RAD
     for side, phase in ((-1.0, phase_rad), (1.0, phase_rad + math.pi)):
-        _add_leg(add, side, swing_rad * math.cos(phase), 0.1 + 0.75 * share * max(0.0, -math.sin(phase)), style)
+        _add_leg(
+            add, side, swing_rad * math.cos(phase), 0.1 + 0.75 * share * max(0.0, -math.sin(phase)), style
+        )
         _add_arm(add, side, -0.75 * swing_rad * math.cos(phase), 0.2 + 0.3 * share, style)
     _add_trunk(add, style)
     every = np.concatenate(triangles)

@@ -93,7 +93,9 @@ def shade(
         grain = 1.0
         if GRAIN[material] > 0.0:
             # The finest grain that a pixel resolves, so that no grain flickers.
-            size = 0.03 * 2.0 ** max(0.0, math.ceil(math.log2(max(1e-6, 2.5 * reach * lights[PIXEL_RAD] / 0.03))))
+            size = 0.03 * 2.0 ** max(
+                0.0, math.ceil(math.log2(max(1e-6, 2.5 * reach * lights[PIXEL_RAD] / 0.03)))
+            )
             fine = _noise(px / size, py / size, pz / size)
             rough = _noise(0.19 * px / size, 0.19 * py / size, 0.19 * pz / size)
             grain = 1.0 + GRAIN[material] * 2.0 * (0.6 * fine + 0.4 * rough - 0.5)

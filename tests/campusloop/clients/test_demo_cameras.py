@@ -10,8 +10,8 @@ import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
 from campusloop.clients.demo_cameras import DemoCameras, camera_token
-from campusloop.crossing_cameras import report_link
 from campusloop.clients.operator_client import OperatorClient
+from campusloop.crossing_cameras import report_link
 from contract.wire.messages import PresenceReport
 from simulator.control import CameraReported, RiderLeft, Subscribe, decode_to_simulation, encode
 

@@ -72,9 +72,7 @@ class CameraRules(msgspec.Struct, frozen=True):
 
     def after_regions(self, known: CameraCondition, upright: int, turned: int) -> CameraCondition:
         """The condition after regions of its picture were looked at: how many had a person either way up."""
-        after = msgspec.structs.replace(
-            known, upright=known.upright + upright, turned=known.turned + turned
-        )
+        after = msgspec.structs.replace(known, upright=known.upright + upright, turned=known.turned + turned)
         if after.state in ("good", "upside_down"):
             return self._with_state(after, "upside_down" if self._is_turned(after) else "good")
         return after

@@ -7,8 +7,6 @@ from types import ModuleType
 
 import numpy as np
 
-from contract.geometry import Array
-
 WINDOW_PX = (64, 128)
 # Of the window, a person fills this much; the rest is a margin that the classifier was trained with.
 PERSON_PX = 96.0
@@ -45,7 +43,7 @@ class HogPeopleDetector:
                      a person of 96 px
     """
 
-    def __init__(self, aside_px: int = 8, up_px: int = 24) -> None:
+    def __init__(self, aside_px: int = 8, up_px: int = 16) -> None:
         """Raises CameraLibraryMissing; ValueError for an allowance that is no multiple of HOG's cell of 8 px."""
         if aside_px % _STRIDE_PX or up_px % _STRIDE_PX or min(aside_px, up_px) < 0:
             raise ValueError(f"aside_px and up_px must be multiples of {_STRIDE_PX}, not {aside_px}, {up_px}")
@@ -71,35 +69,26 @@ class HogPeopleDetector:
         scale = PERSON_PX / height_px
         width, height = self._size_px
         # The window's middle is the person's.
-        u, v = feet_px[0], feet_px[1] - 0.5 * height_px
-        if scale < 1.0:
-            region = self._shrunk(pixels, u, v, scale)
-        else:
-            M: Array = np.array(
-                [[scale, 0.0, 0.5 * (width - 1) - scale * u], [0.0, scale, 0.5 * (height - 1) - scale * v]]
-            )
-            region = self._cv2.warpAffine(
-                pixels, M, self._size_px, flags=self._cv2.INTER_LINEAR, borderMode=self._cv2.BORDER_REPLICATE
-            )
+        region = self._region(pixels, feet_px[0], feet_px[1] - 0.5 * height_px, scale)
         corners, scores = self._hog.detect(region, hitThreshold=_EVERY, winStride=(_STRIDE_PX, _STRIDE_PX))
         k = int(np.argmax(scores))
         aside = (float(corners[k][0]) - 0.5 * (width - WINDOW_PX[0])) / scale
         down = (float(corners[k][1]) - 0.5 * (height - WINDOW_PX[1])) / scale
         return float(np.ravel(scores)[k]), (feet_px[0] + aside, feet_px[1] + down)
 
-    def _shrunk(self, pixels: np.ndarray, u: float, v: float, scale: float) -> np.ndarray:
-        """The region of a person who fills more than the window: pixels are averaged."""
+    def _region(self, pixels: np.ndarray, u: float, v: float, scale: float) -> np.ndarray:
+        """The surroundings of (u, v), scaled; whole pixels are cut, for a person is many of them wide."""
         width, height = (round(side / scale) for side in self._size_px)
         left, top = round(u - 0.5 * width), round(v - 0.5 * height)
         rows, columns = pixels.shape[:2]
-        above, before = max(0, -top), max(0, -left)
-        below, after = max(0, top + height - rows), max(0, left + width - columns)
         cut = pixels[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)]
         if not cut.size:
             return np.zeros((self._size_px[1], self._size_px[0], 3), dtype=np.uint8)
+        above, before = max(0, -top), max(0, -left)
+        below, after = max(0, top + height - rows), max(0, left + width - columns)
+        cv2 = self._cv2
         if above or before or below or after:
-            cut = self._cv2.copyMakeBorder(
-                cut, above, below, before, after, borderType=self._cv2.BORDER_REPLICATE
-            )
-        shrunk: np.ndarray = self._cv2.resize(cut, self._size_px, interpolation=self._cv2.INTER_AREA)
-        return shrunk
+            cut = cv2.copyMakeBorder(cut, above, below, before, after, borderType=cv2.BORDER_REPLICATE)
+        how = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
+        scaled: np.ndarray = cv2.resize(np.ascontiguousarray(cut), self._size_px, interpolation=how)
+        return scaled

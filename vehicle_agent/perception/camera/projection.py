@@ -34,13 +34,17 @@ def person_regions(
     feet_px, heads_px = _pixels(camera.K, feet), _pixels(camera.K, heads)
     heights = np.where(is_ahead, feet_px[:, 1] - heads_px[:, 1], 1.0)
     margin = margin_ratio * heights
-    inside = (feet_px[:, 0] >= 0.15 * heights - margin) & (feet_px[:, 0] <= camera.width_px - 0.15 * heights + margin)
+    inside = (feet_px[:, 0] >= 0.15 * heights - margin) & (
+        feet_px[:, 0] <= camera.width_px - 0.15 * heights + margin
+    )
     inside &= (heads_px[:, 1] >= -margin) & (feet_px[:, 1] <= camera.height_px + margin)
     assert feet_px.shape == (k, 2)
     return Regions(feet_px, heights, is_ahead & inside & (heights > 4.0))
 
 
-def turned_region(camera: PinholeCamera, feet_px: tuple[float, float], height_px: float) -> tuple[float, float]:
+def turned_region(
+    camera: PinholeCamera, feet_px: tuple[float, float], height_px: float
+) -> tuple[float, float]:
     """Feet of the same person in the picture of a camera that was mounted upside down, after turning it back."""
     return camera.width_px - 1 - feet_px[0], camera.height_px - 1 - (feet_px[1] - height_px)
 

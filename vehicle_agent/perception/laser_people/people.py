@@ -15,7 +15,7 @@ from vehicle_agent.perception.laser_people.tracking import (
 from vehicle_agent.perception.laser_people.verification import PersonVerification, RegionScorer
 from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
 from vehicle_agent.signals.objects import SeenObjects
-from vehicle_agent.signals.pictures import PinholeCamera, Picture
+from vehicle_agent.signals.pictures import Picture, PinholeCamera
 
 _PERSON_M = 1.7
 _WIDTH_M_MIN = 0.4

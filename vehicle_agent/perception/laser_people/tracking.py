@@ -56,7 +56,18 @@ def no_laser_tracks() -> LaserTracks:
     """Nothing is followed yet."""
     none, pairs, whole = np.empty(0), np.empty((0, 2)), np.empty(0, np.int64)
     return LaserTracks(
-        0, whole, pairs, pairs, np.empty((0, 3)), none, whole, whole, pairs, none, whole, np.empty(0, np.bool_)
+        0,
+        whole,
+        pairs,
+        pairs,
+        np.empty((0, 3)),
+        none,
+        whole,
+        whole,
+        pairs,
+        none,
+        whole,
+        np.empty(0, np.bool_),
     )
 
 
@@ -199,9 +210,7 @@ def _corrected(
     new_places[rows] += gain[:, None] * miss
     velocities[rows] += speed_gain[:, None] * miss
     spreads, widths_m = tracks.spreads.copy(), tracks.widths_m.copy()
-    spreads[rows] = np.column_stack(
-        ((1.0 - gain) * place, speed - speed_gain * both, (1.0 - gain) * both)
-    )
+    spreads[rows] = np.column_stack(((1.0 - gain) * place, speed - speed_gain * both, (1.0 - gain) * both))
     widths_m[rows] += 0.3 * (widths - widths_m[rows])
     seen_ns, hits = tracks.seen_ns.copy(), tracks.hits.copy()
     seen_ns[rows] = stamp_ns

@@ -9,7 +9,7 @@ from contract.geometry import Array, Pose2
 from vehicle_agent.perception.camera.conditions import CameraCondition, CameraRules
 from vehicle_agent.perception.camera.projection import Regions, person_regions, turned_region
 from vehicle_agent.perception.laser_people.tracking import LaserTracks, placed_at_base
-from vehicle_agent.signals.pictures import PinholeCamera, Picture
+from vehicle_agent.signals.pictures import Picture, PinholeCamera
 
 
 class RegionScorer(Protocol):
@@ -38,7 +38,8 @@ class PersonVerification(msgspec.Struct, frozen=True):
     apart_ns_max     pictures that are older or newer than the tracks by more are not used
     """
 
-    score_even: float = -0.1
+    score_even: float = 0.0
+    score_sure: float = 0.5
     gain: float = 3.0
     evidence_look: float = 1.5
     doubt_look: float = 0.3
@@ -48,10 +49,12 @@ class PersonVerification(msgspec.Struct, frozen=True):
     person_m: float = 1.7
     heights: tuple[float, ...] = (1.0, 0.92, 1.08)
     speed_mps_max: float = 4.0
+    width_m_min: float = 0.07
+    thin_range_m: float = 22.0
     range_m_max: float = 36.0
     regions_max: int = 60
     relook_every: int = 8
-    turned_max: int = 2
+    turned_max: int = 1
     apart_ns_max: int = 300_000_000
 
     def look(
@@ -72,55 +75,64 @@ class PersonVerification(msgspec.Struct, frozen=True):
         condition  after this picture; a camera that is not good gives no evidence for or against anything
         """
         apart_ns = picture.stamp_ns - tracks.stamp_ns
-        if not len(tracks) or abs(apart_ns) > self.apart_ns_max or condition.state not in ("good", "upside_down"):
+        if (
+            not len(tracks)
+            or abs(apart_ns) > self.apart_ns_max
+            or condition.state not in ("good", "upside_down")
+        ):
             return tracks, condition
         places = tracks.places_map + apart_ns * 1e-9 * tracks.velocities_map_mps
         places_base = placed_at_base(places, pose_map)
         ground = np.column_stack((places_base, np.zeros(len(tracks))))
         regions = person_regions(camera, ground, self.person_m)
         ranges = np.hypot(places_base[:, 0], places_base[:, 1])
-        rows = self._rows(tracks, followed, regions, ranges)
-        evidence, looks = tracks.evidence.copy(), tracks.looks.copy()
+        rivals = _overlapping(regions)
+        rows = self._rows(tracks, followed, regions, ranges, rivals)
+        scores = np.full(len(tracks), -np.inf)
         upright = turned = 0
         for number, row in enumerate(rows.tolist()):
-            height_px = float(regions.heights_px[row]) * self.heights[int(looks[row]) % len(self.heights)]
+            share = self.heights[int(tracks.looks[row]) % len(self.heights)]
+            height_px = float(regions.heights_px[row]) * share
             feet_px = (float(regions.feet_px[row, 0]), float(regions.feet_px[row, 1]))
-            score = scorer.score(picture.pixels, feet_px, height_px)
-            upright += score > 0.5
+            scores[row] = scorer.score(picture.pixels, feet_px, height_px)
+            upright += bool(scores[row] > self.score_sure)
             if number < self.turned_max:
                 round_px = turned_region(camera, feet_px, height_px)
-                turned += scorer.score(picture.pixels[::-1, ::-1], round_px, height_px) > 0.5
-            weight = self.gain * (score - self.score_even)
-            evidence[row] += float(np.clip(weight, -self.doubt_look, self.evidence_look))
-            looks[row] += 1
+                turned += scorer.score(picture.pixels[::-1, ::-1], round_px, height_px) > self.score_sure
         condition = rules.after_regions(condition, upright, turned)
         if condition.state != "good":
             return tracks, condition
-        np.clip(evidence, -self.doubt_range, self.evidence_range, out=evidence)
+        # One person in the picture is one track: of those that overlap there, the surest.
+        is_best = scores >= np.where(rivals, scores[None, :], -np.inf).max(axis=1, initial=-np.inf)
+        chosen = np.isfinite(scores) & is_best
+        weights = np.clip(self.gain * (scores[chosen] - self.score_even), -self.doubt_look, self.evidence_look)
+        evidence, looks = tracks.evidence.copy(), tracks.looks.copy()
+        evidence[chosen] = np.clip(evidence[chosen] + weights, -self.doubt_range, self.evidence_range)
+        looks[np.isfinite(scores)] += 1
         is_person = tracks.is_person | (evidence >= self.evidence_label)
         return msgspec.structs.replace(tracks, evidence=evidence, looks=looks, is_person=is_person), condition
 
     def _rows(
-        self, tracks: LaserTracks, followed: np.ndarray, regions: Regions, ranges: Array
+        self, tracks: LaserTracks, followed: np.ndarray, regions: Regions, ranges: Array, rivals: np.ndarray
     ) -> np.ndarray:
         """The tracks that this picture is asked about, in the order of their weight."""
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
-        wanted = followed & regions.is_seen & (speeds <= self.speed_mps_max) & (ranges <= self.range_m_max)
-        # Looks are counted by pictures, too, so that verified tracks take turns.
+        is_wide = (tracks.widths_m >= self.width_m_min) | (ranges > self.thin_range_m)
+        possible = followed & regions.is_seen & is_wide & (speeds <= self.speed_mps_max) & (ranges <= self.range_m_max)
         turn = (tracks.ids + tracks.stamp_ns // 1_000_000) % self.relook_every == 0
-        wanted &= ~tracks.is_person | turn
-        wanted &= ~self._hidden(followed & regions.is_seen, regions, ranges)
-        rows = np.flatnonzero(wanted)
+        # A verified track is looked at in its turn, and where it could be what a region of another one shows.
+        is_rival = (rivals & (possible & ~tracks.is_person)[None, :]).any(axis=1)
+        rows = np.flatnonzero(possible & (~tracks.is_person | turn | is_rival))
         order = np.lexsort((ranges[rows], tracks.is_person[rows]))
         return rows[order[: self.regions_max]]
 
-    @staticmethod
-    def _hidden(shown: np.ndarray, regions: Regions, ranges: Array) -> np.ndarray:
-        """(n,) which regions show something nearer that is followed, too: that one would be looked at."""
-        u, heights = regions.feet_px[:, 0], regions.heights_px
-        hidden = np.zeros(len(u), dtype=bool)
-        nearer = np.flatnonzero(shown)
-        for row in nearer.tolist():
-            apart = np.abs(u[row] - u[nearer]) < 0.08 * heights[row] + 0.05 * heights[nearer]
-            hidden[row] = bool(np.any(apart & (ranges[nearer] < ranges[row] - 0.3)))
-        return hidden
+
+def _overlapping(regions: Regions) -> np.ndarray:
+    """(n, n) which other regions could show the same person."""
+    u, v, heights = regions.feet_px[:, 0], regions.feet_px[:, 1], regions.heights_px
+    reach = 0.08 * heights[:, None] + 0.08 * heights[None, :]
+    near: np.ndarray = np.abs(u[:, None] - u[None, :]) < reach
+    near &= np.abs(v[:, None] - v[None, :]) < 0.7 * np.maximum(heights[:, None], heights[None, :])
+    near &= regions.is_seen[:, None] & regions.is_seen[None, :]
+    np.fill_diagonal(near, False)
+    return near
