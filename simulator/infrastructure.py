@@ -1,7 +1,7 @@
 """An infrastructure camera over an observation area. It counts the people, with noise, latency and dropouts.
 
-It reports only the number of people (NUS, section V-A): any detection makes vehicles slow down. The count comes from
-the true places with misses and ghosts drawn, or from a detector that looks at simulated pictures, with its own.
+It reports only the number of people (NUS, section V-A): any detection makes vehicles slow down. The count
+comes from the true places with drawn misses and ghosts, or from a detector on simulated pictures.
 """
 
 from collections import deque
@@ -50,8 +50,8 @@ class CrossingCamera:
     ) -> None:
         """Raises CameraError for a rate outside 1..10 Hz, a negative latency or an invalid probability.
 
-        detect  people that a detector finds in the area's picture at a stamp (ns), None if the picture is bad;
-                it takes the place of the true count
+        detect  how many people a detector finds in the picture of a stamp (ns), in place of the true count;
+                None if the picture is bad
         """
         shares = (params.miss, params.ghost, params.dropout)
         if not (1.0 <= params.rate_hz <= 10.0 and params.latency_s >= 0.0):
@@ -107,7 +107,10 @@ def cameras_at_crossings(
     rng: Callable[[str], np.random.Generator],
     detector_of: Callable[[ObservationArea], Callable[[int], int | None]] | None = None,
 ) -> tuple[CrossingCamera, ...]:
-    """One at each crossing of the map. rng: a random stream by its purpose; detector_of: gives each its `detect`."""
+    """One at each crossing of the map.
+
+    rng: a random stream by its purpose; detector_of: gives each camera its `detect`
+    """
     return tuple(
         CrossingCamera(
             area, params, rng(f"camera {area.area_id}"), None if detector_of is None else detector_of(area)

@@ -1,13 +1,13 @@
 """People by laser and camera (NUS): `python -m benchmarks.pedestrians [--video F] [--json F]`.
 
 rate         scans with a picture each in a second of one core's processor time, when every one of 10 and 40
-             candidates is looked at every time (in a drive, verified people are looked at in every eighth picture)
+             candidates is looked at every time (in a drive, verified people are in one picture of eight)
 recall       people in simulated drives on seeds that nothing was tuned on, by range: share of the pictures in
              which a person who has been in view for a second has a track (tracked_pct) with a person's label
              (recall_pct). In view: whole in the picture, and less than 40 % hidden
-false        tracks among trees that sway, without people: labelled as people (false_per_min), and called moving
-recognition  share of people whose region OpenCV's people detector calls a person (score above 0), in the video
-             and simulated at the same heights in pixels, also with pictures shrunk
+false        tracks among trees that sway, without people: labelled as people (false_per_min), called moving
+recognition  share of people whose region OpenCV's people detector calls a person (score above 0), in the
+             video and simulated at the same heights in pixels, also with pictures shrunk
 
 Cameras have 640 x 480 pixels over 50 degrees; a person of 1.7 m at 30 m is 39 pixels high.
 """
@@ -68,7 +68,8 @@ def main() -> None:
         "false_per_min": next((row["false_per_min"] for row in rows if row["part"] == "false"), None),
     }
     plain = {
-        "map": str(arguments.map), "seed": arguments.seed, "drives": arguments.drives, "people": arguments.people,
+        "map": str(arguments.map), "seed": arguments.seed, "drives": arguments.drives,
+        "people": arguments.people,
         "minutes": arguments.minutes, "lights": ",".join(arguments.lights), "cycles": arguments.cycles,
         "video": str(arguments.video) if arguments.video else "", "cores_used": 1,
     }  # fmt: skip
@@ -96,7 +97,8 @@ def _recall_rows(
         rows.append(
             {
                 "part": "recall", "case": f"{light}, {range_m} m", "samples": count,
-                "tracked_pct": 100.0 * tracked if count else None, "recall_pct": 100.0 * labelled if count else None,
+                "tracked_pct": 100.0 * tracked if count else None,
+                "recall_pct": 100.0 * labelled if count else None,
                 "false_labels": score.false_labels, "people": score.samples.people,
             }
         )  # fmt: skip

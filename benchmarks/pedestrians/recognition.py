@@ -1,4 +1,4 @@
-"""How well OpenCV's people detector recognises simulated people, beside real ones of the same height in pixels."""
+"""How well OpenCV's people detector recognises simulated people, beside real ones of the same height."""
 
 import math
 from pathlib import Path
@@ -72,7 +72,7 @@ def simulated_scores(
     detector: HogPeopleDetector,
     seeds: range,
 ) -> Scores:
-    """People before a camera on a mast of 6 m, as the video's, at about the same distance; those who stand alone."""
+    """People before a camera on a mast of 6 m, as far away as the video's; those whom nothing overlaps."""
     found: Scores = []
     scenes, dresser = MovingScenes(scene.ground, _FLEET_FROM), PeopleDresser(scene.ground)
     for seed in seeds:

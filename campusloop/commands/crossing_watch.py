@@ -69,8 +69,8 @@ def watch(
 ) -> None:
     """Count the people on a crossing by its camera and report them to the server and to vehicles.
 
-    Without --server and --vehicle the counts are only printed. A video that is absent, broken or at its end is
-    told and opened again.
+    Without --server and --vehicle the counts are only printed. If the video is absent, broken or at its end,
+    the command says so and opens it again.
     """
     console = Console(soft_wrap=True, highlight=False)
     if server and not token:

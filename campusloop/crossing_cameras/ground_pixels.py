@@ -30,7 +30,8 @@ class GroundPixels:
         """Raises MappingError unless four or more pairs of points are given, no three of them on a line."""
         if len(pixels) != len(places_map) or len(pixels) < 4:
             raise MappingError(
-                f"give at least four points, each in the picture and on the map, not {len(pixels)} and {len(places_map)}"
+                "give at least four points, each in the picture and on the map, "
+                f"not {len(pixels)} and {len(places_map)}"
             )
         source, target = np.array(pixels, dtype=np.float64), np.array(places_map, dtype=np.float64)
         if not (np.isfinite(source).all() and np.isfinite(target).all()):
@@ -68,11 +69,11 @@ class GroundPixels:
     def person_heights_px(self, places_map: Array) -> Array:
         """(n,) how high a person is in the picture who stands at places (n, 2).
 
-        The camera is level: a metre along the rows of the picture is as long as one upright, but for the tilt.
+        The camera is level: a metre along the picture's rows is as long as one upright, but for the tilt.
         """
         here = self.pixels(places_map)
-        along = self.pixels(places_map + (_STEP_M, 0.0)) - here
-        across = self.pixels(places_map + (0.0, _STEP_M)) - here
+        along = self.pixels(places_map + np.array([_STEP_M, 0.0])) - here
+        across = self.pixels(places_map + np.array([0.0, _STEP_M])) - here
         # The way on the ground that stays on one row: a along + b across with no change of the row.
         a, b = across[:, 1], -along[:, 1]
         length = np.maximum(np.hypot(a, b), 1e-12)
@@ -82,7 +83,7 @@ class GroundPixels:
 
 
 def _centred(points: Array) -> Array:
-    """(3, 3) moves points to their middle and to a mean distance of 1, so that the equations are well scaled."""
+    """(3, 3) moves points to their middle and to a mean distance of 1, for equations of like sizes."""
     middle = points.mean(axis=0)
     scale = 1.0 / max(1e-9, float(np.linalg.norm(points - middle, axis=1).mean()))
     return np.array([[scale, 0.0, -scale * middle[0]], [0.0, scale, -scale * middle[1]], [0.0, 0.0, 1.0]])

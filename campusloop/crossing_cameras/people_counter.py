@@ -15,7 +15,8 @@ class CounterParams:
     """score_person     HOG score of a region by which it shows a person
     score_moving     enough for a thing that moves and has a person's height
     person_ratio     height of a moving thing, of a person's at its place, from and to
-    apart_ratio      two regions nearer than this, of a person's height, show the same person; apart_m: on the ground
+    apart_ratio      two regions nearer than this, of a person's height aside and along, show one person
+    apart_m          the same on the ground, from one picture to the next
     grid_m           the area is looked at in such steps, too, for people who stand
     grid_places      so many of these places in each picture, one after another
     keep_pictures    a person whom the pictures lose stays counted for so many
@@ -34,7 +35,7 @@ class CounterParams:
 
 
 class PeopleCounter:
-    """Counts picture after picture. It finds what moves by the background, then looks at these regions (HOG)."""
+    """Counts picture after picture: what moves is found by the background, people among it by HOG."""
 
     def __init__(self, ground: GroundPixels, outline_map: Array, params: CounterParams | None = None) -> None:
         """outline_map (n, 2): of the area. Raises CameraLibraryMissing."""

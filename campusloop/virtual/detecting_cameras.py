@@ -1,4 +1,4 @@
-"""Cameras at the crossings of a simulated campus whose counts come from a people detector on their pictures."""
+"""Cameras at simulated crossings whose counts come from a people detector on their pictures."""
 
 from collections.abc import Callable
 

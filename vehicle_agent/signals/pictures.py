@@ -21,7 +21,7 @@ class PinholeCamera(msgspec.Struct, frozen=True):
     """Where a camera is and what it sees.
 
     K              (3, 3) pinhole matrix, px; the middle of the first pixel is (0, 0)
-    T_base_camera  (4, 4) optical frame (x right, y down, z ahead) in the base frame; a fixed camera's base is the map
+    T_base_camera  (4, 4) of the optical frame (x right, y down, z ahead); a fixed camera's base is the map
     """
 
     name: str

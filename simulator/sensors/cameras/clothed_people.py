@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contract.geometry import Array
-from simulator.sensors.cameras.figures import Wardrobe
+from simulator.sensors.cameras.figures import Figure, Wardrobe
 from simulator.sensors.scene.ground import Ground
 from simulator.sensors.scene.materials import Material
 from simulator.sensors.scene.mesh import PackedMesh
@@ -33,7 +33,7 @@ _SHOES = np.array([(0.02, 0.02, 0.02), (0.50, 0.50, 0.50), (0.12, 0.07, 0.04)])
 
 
 class ClothedPeople:
-    """One moment's people: `scene` to cast rays at, `colours` (n, 3) of its triangles, `numbers` of bodies."""
+    """One moment's people: `scene` to cast rays at, `colours` (n, 3) of its triangles, their `numbers`."""
 
     def __init__(
         self, mesh: PackedMesh, colours: Array32, boxes_map: Array, numbers: NDArray[np.int64]
@@ -71,7 +71,7 @@ class PeopleDresser:
         every = np.concatenate(colours).astype(np.float32) if count else np.empty((0, 3), np.float32)
         return ClothedPeople(_mesh(triangles, owners), every, boxes, people.numbers)
 
-    def _figure(self, people: Bodies, k: int, style: int):  # type: ignore[no-untyped-def]
+    def _figure(self, people: Bodies, k: int, style: int) -> Figure:
         x_m, y_m, yaw_rad = people.poses_map[k]
         way_m = x_m * math.cos(yaw_rad) + y_m * math.sin(yaw_rad) + 0.37 * float(people.numbers[k])
         speed_mps = float(np.hypot(*people.velocities_map_mps[k]))

@@ -26,7 +26,7 @@ _DIRECTIONS = 16
 class CrossingView:
     """A camera of one observation area, in the direction in which nothing hides the area.
 
-    ground_points  ((u, v), (x, y)) of four places on the ground, as someone measures them who sets a camera up
+    ground_points  ((u, v), (x, y)) of four places on the ground, as they are measured to set a camera up
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class CrossingView:
         return self.camera.take(np.eye(4), stamp_ns, around)
 
     def _best_place(self, scene: StaticScene) -> tuple[Array, Array]:
-        """(3,) of the lens and (3,) of the area's middle: where most of the area's places are in free view."""
+        """(3,) of the lens and (3,) of the area's middle: where most of the area is in free view."""
         x, y = self._middle
         target = np.array([x, y, float(self._ground.height_m(np.array([x]), np.array([y]))[0])])
         places = np.vstack((self._outline, 0.5 * (self._outline + self._middle), self._middle[None]))

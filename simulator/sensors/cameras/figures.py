@@ -1,6 +1,7 @@
 """People as a camera sees them: bodies that walk, in clothes of several colours."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,9 @@ from simulator.sensors.scene.mesh import box, quads
 
 # Which part of a figure a triangle belongs to; an index into a person's colours.
 SKIN, HAIR, TOP, BOTTOM, SHOES, BAG = range(6)
+# Takes the triangles of a solid, and the part that they are.
+AddSolid = Callable[[Array, int], None]
+Points = Array | tuple[float, float, float]
 _SWING_RAD = 0.38
 _PHASES = 16
 _SIDES = 10
@@ -70,7 +74,7 @@ def figure(phase_rad: float, style: int, swing_rad: float) -> Figure:
     return Figure(every.astype(np.float32), np.array(parts, dtype=np.int64))
 
 
-def _add_trunk(add, style: int) -> None:  # type: ignore[no-untyped-def]
+def _add_trunk(add: AddSolid, style: int) -> None:
     hem_m = 0.55 if style == 1 else 0.86
     rings = [(hem_m, 0.155, 0.19), (0.95, 0.15, 0.18), (1.10, 0.14, 0.165), (1.30, 0.15, 0.19)]
     rings += [(1.38, 0.13, 0.20), (1.45, 0.10, 0.15), (1.49, 0.07, 0.08)]
@@ -87,7 +91,7 @@ def _add_trunk(add, style: int) -> None:  # type: ignore[no-untyped-def]
         add(box((-0.30, -0.15, 1.0), (-0.09, 0.15, 1.42), 0.9), BAG)
 
 
-def _add_leg(add, side: float, hip_rad: float, knee_rad: float, style: int) -> None:  # type: ignore[no-untyped-def]
+def _add_leg(add: AddSolid, side: float, hip_rad: float, knee_rad: float, style: int) -> None:
     hip = np.array([0.0, 0.09 * side, 0.90])
     knee = hip + 0.43 * _down(hip_rad)
     shank_rad = hip_rad - knee_rad
@@ -100,7 +104,7 @@ def _add_leg(add, side: float, hip_rad: float, knee_rad: float, style: int) -> N
     add(_turned(foot, tilt) + ankle, SHOES)
 
 
-def _add_arm(add, side: float, shoulder_rad: float, elbow_rad: float, style: int) -> None:  # type: ignore[no-untyped-def]
+def _add_arm(add: AddSolid, side: float, shoulder_rad: float, elbow_rad: float, style: int) -> None:
     shoulder = np.array([0.0, 0.205 * side, 1.41])
     out = np.array([0.0, 0.035 * side, 0.0])
     elbow = shoulder + 0.29 * _down(shoulder_rad) + out
@@ -124,7 +128,7 @@ def _turned(solid: Array, swing_rad: float) -> Array:
     return turned
 
 
-def _loft(centres, radii) -> Array:  # type: ignore[no-untyped-def]
+def _loft(centres: Sequence[Points], radii: Sequence[tuple[float, float]]) -> Array:
     """A closed tube of elliptic, level rings: centres (k, 3), radii (k, 2) along x and y."""
     middle, extent = np.array(centres, dtype=np.float64), np.array(radii, dtype=np.float64)
     angles = 2.0 * math.pi * np.arange(_SIDES + 1) / _SIDES

@@ -33,7 +33,7 @@ class CameraMount:
             raise SceneError(f"a camera has at least 16 x 16 px and a field of 0.05 to 2.6 rad, not {self}")
 
     @property
-    def K(self) -> Array:
+    def K(self) -> Array:  # noqa: N802 - the pinhole matrix's name in every book
         """(3, 3) pinhole matrix; the middle of the first pixel is (0, 0)."""
         focal_px = 0.5 * self.width_px / math.tan(0.5 * self.field_rad)
         u, v = 0.5 * (self.width_px - 1), 0.5 * (self.height_px - 1)

@@ -61,8 +61,8 @@ class CameraRules(msgspec.Struct, frozen=True):
         """The condition after a picture; one that is not newer changes nothing."""
         if picture.stamp_ns <= known.stamp_ns:
             return known
-        looked_at = np.ascontiguousarray(picture.pixels[::_EVERY, ::_EVERY])
-        checksum = zlib.crc32(looked_at)
+        looked_at = picture.pixels[::_EVERY, ::_EVERY]
+        checksum = zlib.crc32(looked_at.tobytes())
         same = known.same + 1 if known.stamp_ns >= 0 and checksum == known.checksum else 0
         after = msgspec.structs.replace(
             known, stamp_ns=picture.stamp_ns, checksum=checksum, same=same,

@@ -1,6 +1,6 @@
 """How much a region of a picture looks like a person who stands: histograms of oriented gradients (HOG).
 
-Dalal and Triggs (2005), with the linear classifier for people that comes with OpenCV (NUS paper, section III-A).
+Dalal and Triggs (2005), with OpenCV's linear classifier for people (NUS paper, section III-A).
 """
 
 from types import ModuleType
@@ -30,7 +30,8 @@ def opencv() -> ModuleType:
         ) from error
     if not hasattr(cv2, "HOGDescriptor"):
         raise CameraLibraryMissing(
-            f"OpenCV {cv2.__version__} has no HOG people detector: its `contrib` build has; `make camera` installs it"
+            f"OpenCV {cv2.__version__} has no HOG people detector: its `contrib` build has, "
+            "which `make camera` installs"
         )
     library: ModuleType = cv2
     return library
@@ -44,7 +45,7 @@ class HogPeopleDetector:
     """
 
     def __init__(self, aside_px: int = 8, up_px: int = 16) -> None:
-        """Raises CameraLibraryMissing; ValueError for an allowance that is no multiple of HOG's cell of 8 px."""
+        """Raises CameraLibraryMissing, and ValueError for what is no multiple of HOG's cell of 8 px."""
         if aside_px % _STRIDE_PX or up_px % _STRIDE_PX or min(aside_px, up_px) < 0:
             raise ValueError(f"aside_px and up_px must be multiples of {_STRIDE_PX}, not {aside_px}, {up_px}")
         self._cv2 = opencv()

@@ -45,7 +45,7 @@ def person_regions(
 def turned_region(
     camera: PinholeCamera, feet_px: tuple[float, float], height_px: float
 ) -> tuple[float, float]:
-    """Feet of the same person in the picture of a camera that was mounted upside down, after turning it back."""
+    """The same person's feet if the camera is mounted upside down, in its picture turned back."""
     return camera.width_px - 1 - feet_px[0], camera.height_px - 1 - (feet_px[1] - height_px)
 
 

@@ -138,7 +138,7 @@ def _rows_of(tracks: LaserTracks, pose_map: Pose2) -> tuple[Array, Array, np.nda
 
 
 def polar_of(points_base: Array, T_base_laser: Array) -> tuple[Array, Array]:
-    """Ranges (n,) and angles (n,), rising, of a scan that its driver hands over as points (n, 3), base frame."""
+    """Ranges (n,) and rising angles (n,) of a scan that comes as points (n, 3), base frame."""
     level = (points_base - T_base_laser[:3, 3]) @ T_base_laser[:3, :3]
     ranges = np.hypot(level[:, 0], level[:, 1])
     angles = np.arctan2(level[:, 1], level[:, 0])

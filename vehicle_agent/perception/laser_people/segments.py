@@ -1,4 +1,4 @@
-"""What a planar scan shows, as clusters: beams in a row that end on one thing, and legs that belong together."""
+"""What a planar scan shows, as clusters: beams in a row that end on one thing, and legs of one person."""
 
 import math
 
@@ -67,8 +67,8 @@ def _clusters(
 ) -> Array:
     """(k, 4) x, y, width, beams."""
     n = ranges_m.shape[0]
-    # Rows: x and y of the first and the last end, sum of x and y, beams.
-    rows = np.empty((n, 7))
+    # Rows: x and y of the first and the last end, sum of x and y, beams, x and y of the last but one.
+    rows = np.empty((n, 9))
     count, before = 0, -1
     for i in range(n):
         r = ranges_m[i]
@@ -81,8 +81,14 @@ def _clusters(
         if i - before <= 2 and step < 0.5 * lambda_rad:
             near = min(r, ranges_m[before])
             allowed = near * math.sin(step) / math.sin(lambda_rad - step) + 3.0 * noise_m
-            is_same = math.hypot(x - rows[count - 1, 2], y - rows[count - 1, 3]) <= min(allowed, 0.5)
+            gap = math.hypot(x - rows[count - 1, 2], y - rows[count - 1, 3])
+            is_same = gap <= min(allowed, 0.5) or (
+                gap <= 3.0
+                and rows[count - 1, 6] >= 2.0
+                and _continues(rows[count - 1], r, angles_rad[i], noise_m)
+            )
         if is_same:
+            rows[count - 1, 7], rows[count - 1, 8] = rows[count - 1, 2], rows[count - 1, 3]
             rows[count - 1, 2], rows[count - 1, 3] = x, y
             rows[count - 1, 4] += x
             rows[count - 1, 5] += y
@@ -93,6 +99,18 @@ def _clusters(
             count += 1
         before = i
     return _joined(rows[:count], legs_m, small_m, depth_m)
+
+
+@njit(cache=True)
+def _continues(row: Array, range_m: float, angle_rad: float, noise_m: float) -> bool:
+    """The beam ends on the line of the last two, as on a wall along which it looks."""
+    dx, dy = row[2] - row[7], row[3] - row[8]
+    length = math.hypot(dx, dy)
+    across = (dx * math.sin(angle_rad) - dy * math.cos(angle_rad)) / max(length, 1e-9)
+    if abs(across) < 0.01:
+        return False
+    expected = (dx * row[3] - dy * row[2]) / max(length, 1e-9) / across
+    return abs(range_m - expected) <= 2.0 * noise_m + 0.15 * abs(expected - math.hypot(row[2], row[3]))
 
 
 @njit(cache=True)

@@ -48,7 +48,8 @@ class LaserTracks(msgspec.Struct, frozen=True):
         return LaserTracks(
             self.stamp_ns, self.ids[chosen], self.places_map[chosen], self.velocities_map_mps[chosen],
             self.spreads[chosen], self.widths_m[chosen], self.seen_ns[chosen], self.hits[chosen],
-            self.born_map[chosen], self.evidence[chosen], self.looks[chosen], self.is_person[chosen], self.next_id,
+            self.born_map[chosen], self.evidence[chosen], self.looks[chosen], self.is_person[chosen],
+            self.next_id,
         )  # fmt: skip
 
 
@@ -173,13 +174,15 @@ class LaserTracker(msgspec.Struct, frozen=True):
 def placed_on_map(places_base: Array, pose_map: Pose2) -> Array:
     """(k, 2) on the map of places (k, 2) in the base frame."""
     cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
-    return places_base @ np.array([[cos, sin], [-sin, cos]]) + (pose_map.x_m, pose_map.y_m)
+    placed: Array = places_base @ np.array([[cos, sin], [-sin, cos]]) + (pose_map.x_m, pose_map.y_m)
+    return placed
 
 
 def placed_at_base(places_map: Array, pose_map: Pose2) -> Array:
     """(k, 2) in the base frame of places (k, 2) on the map."""
     cos, sin = math.cos(pose_map.yaw_rad), math.sin(pose_map.yaw_rad)
-    return (places_map - (pose_map.x_m, pose_map.y_m)) @ np.array([[cos, -sin], [sin, cos]])
+    placed: Array = (places_map - (pose_map.x_m, pose_map.y_m)) @ np.array([[cos, -sin], [sin, cos]])
+    return placed
 
 
 def _predicted(tracks: LaserTracks, stamp_ns: int, accel_mps2: float) -> LaserTracks:

@@ -1,4 +1,4 @@
-"""Whether tracks of the laser are people: regions of a picture, looked at for each (NUS paper, section III-A)."""
+"""Whether tracks of the laser are people: a region of a picture for each (NUS paper, section III-A)."""
 
 from typing import Protocol
 
@@ -105,7 +105,8 @@ class PersonVerification(msgspec.Struct, frozen=True):
         # One person in the picture is one track: of those that overlap there, the surest.
         is_best = scores >= np.where(rivals, scores[None, :], -np.inf).max(axis=1, initial=-np.inf)
         chosen = np.isfinite(scores) & is_best
-        weights = np.clip(self.gain * (scores[chosen] - self.score_even), -self.doubt_look, self.evidence_look)
+        weights = self.gain * (scores[chosen] - self.score_even)
+        weights = np.clip(weights, -self.doubt_look, self.evidence_look)
         evidence, looks = tracks.evidence.copy(), tracks.looks.copy()
         evidence[chosen] = np.clip(evidence[chosen] + weights, -self.doubt_range, self.evidence_range)
         looks[np.isfinite(scores)] += 1
@@ -118,7 +119,8 @@ class PersonVerification(msgspec.Struct, frozen=True):
         """The tracks that this picture is asked about, in the order of their weight."""
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
         is_wide = (tracks.widths_m >= self.width_m_min) | (ranges > self.thin_range_m)
-        possible = followed & regions.is_seen & is_wide & (speeds <= self.speed_mps_max) & (ranges <= self.range_m_max)
+        possible = followed & regions.is_seen & is_wide
+        possible &= (speeds <= self.speed_mps_max) & (ranges <= self.range_m_max)
         turn = (tracks.ids + tracks.stamp_ns // 1_000_000) % self.relook_every == 0
         # A verified track is looked at in its turn, and where it could be what a region of another one shows.
         is_rival = (rivals & (possible & ~tracks.is_person)[None, :]).any(axis=1)
