@@ -35,8 +35,13 @@ from vehicle_agent.localization.scan_map.matching import MatchParams as ScanMatc
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
+from vehicle_agent.perception.camera.conditions import CameraRules
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.laser_people.people import LaserPeople
+from vehicle_agent.perception.laser_people.segments import SegmentParams
+from vehicle_agent.perception.laser_people.tracking import LaserTracker
+from vehicle_agent.perception.laser_people.verification import PersonVerification
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
@@ -61,6 +66,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
+    "camera": (CameraRules, SegmentParams, LaserTracker, PersonVerification, LaserPeople),
     "lidar": (CloudLimits,),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (

@@ -44,17 +44,17 @@ def a_video(path: Path, pictures: list[np.ndarray]) -> str:
 
 def test_a_person_who_comes_is_counted_and_one_who_goes_is_not() -> None:
     counter = PeopleCounter(GROUND, AREA)
-    empty = [counter.count(a_picture(k, False)) for k in range(12)]
-    there = [counter.count(a_picture(k, True)) for k in range(12, 20)]
-    gone = [counter.count(a_picture(k, False)) for k in range(20, 32)]
-    assert empty == [0] * 12
-    assert there[2:] == [1] * 6
-    assert gone[-4:] == [0] * 4
+    empty = [counter.count(a_picture(k, False)) for k in range(8)]
+    there = [counter.count(a_picture(k, True)) for k in range(8, 13)]
+    gone = [counter.count(a_picture(k, False)) for k in range(13, 20)]
+    assert empty == [0] * 8
+    assert there[2:] == [1] * 3
+    assert gone[-2:] == [0] * 2
 
 
 def test_a_person_who_stands_there_from_the_first_picture_is_counted() -> None:
     counter = PeopleCounter(GROUND, AREA)
-    assert [counter.count(a_picture(k, True)) for k in range(25)][-5:] == [1] * 5
+    assert [counter.count(a_picture(k, True)) for k in range(9)][-4:] == [1] * 4
 
 
 class Watched:

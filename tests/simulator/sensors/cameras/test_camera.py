@@ -53,7 +53,7 @@ def test_a_person_changes_the_picture_where_the_model_says_and_nowhere_else() ->
     region = person_regions(camera.model, np.array([[12.0, -0.75, 0.0]]))
     (u, v), height_px = region.feet_px[0], region.heights_px[0]
     assert len(rows) > 40
-    assert np.abs(columns - u).max() < 0.35 * height_px
+    assert np.abs(columns - u).max() < 0.55 * height_px
     assert v - 1.25 * height_px < rows.min() < v - 0.75 * height_px
     assert v - 0.15 * height_px < rows.max() < v + 0.2 * height_px
 
