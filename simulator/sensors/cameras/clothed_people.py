@@ -91,8 +91,9 @@ class PeopleDresser:
 def _placed(triangles: Array32, pose_map: Array, z_m: float, scale: float) -> Array32:
     cos, sin = math.cos(pose_map[2]), math.sin(pose_map[2])
     turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    placed = scale * (triangles @ turn) + np.array([pose_map[0], pose_map[1], z_m])
-    return placed.astype(np.float32)
+    moved = scale * (triangles @ turn) + np.array([pose_map[0], pose_map[1], z_m])
+    placed: Array32 = moved.astype(np.float32)
+    return placed
 
 
 def _mesh(triangles: list[Array32], owners: list[NDArray[np.int32]]) -> PackedMesh:

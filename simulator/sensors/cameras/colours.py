@@ -42,4 +42,5 @@ def triangle_colours(surfaces: Surfaces) -> Array32:
     painted = materials == Material.CAR_PAINT
     if painted.any():
         colours[painted] = _PAINTS[surfaces.objects[painted] * 13 % len(_PAINTS)]
-    return np.clip(colours, 0.0, 0.9).astype(np.float32)
+    clipped: Array32 = np.clip(colours, 0.0, 0.9).astype(np.float32)
+    return clipped

@@ -45,7 +45,8 @@ def developed(
     encoded = 0.45 + _CONTRAST * (encoded - 0.45)
     noise = lights.noise * (0.5 + 0.5 * math.sqrt(max(1.0, gain)))
     encoded = 255.0 * encoded + noise * rng.standard_normal(picture.shape, dtype=np.float32)
-    return np.clip(np.rint(encoded), 0.0, 255.0).astype(np.uint8)
+    pixels: NDArray[np.uint8] = np.clip(np.rint(encoded), 0.0, 255.0).astype(np.uint8)
+    return pixels
 
 
 def _glare(shape: tuple[int, ...], lights: Light, sun_px: tuple[float, float], angle_rad: float) -> Array:
@@ -54,7 +55,8 @@ def _glare(shape: tuple[int, ...], lights: Light, sun_px: tuple[float, float], a
     apart = np.hypot(u - sun_px[0], v - sun_px[1]) / shape[1]
     strength = lights.sun * lights.glare_ratio * (1.0 - angle_rad / _VISIBLE_SUN_RAD)
     veil = strength * (0.8 + 12.0 * np.exp(-((apart / 0.12) ** 2)) + 2.0 * np.exp(-apart / 0.2))
-    return veil[:, :, None].astype(np.float32)
+    spread: Array = veil[:, :, None].astype(np.float32)
+    return spread
 
 
 def _rain(picture: Array32, rain_mm_per_h: float, rng: np.random.Generator) -> Array32:

@@ -34,6 +34,7 @@ class LaserPeople(msgspec.Struct, frozen=True):
     moving_mps      slower things are not called moving
     moving_spreads  nor those whose speed is within so many of its standard deviations
     moved_m         nor those that are still nearer to their first place
+    moving_hits     nor what fewer scans have shown: the end of what hides a wall moves for a moment
     person_m_max    a wider thing that no camera sees is not taken for a person
     """
 
@@ -43,7 +44,8 @@ class LaserPeople(msgspec.Struct, frozen=True):
     rules: CameraRules = CameraRules()
     moving_mps: float = 0.4
     moving_spreads: float = 3.0
-    moved_m: float = 0.7
+    moved_m: float = 0.9
+    moving_hits: int = 16
     person_m_max: float = 1.0
 
     def after_scan(
@@ -94,6 +96,7 @@ class LaserPeople(msgspec.Struct, frozen=True):
             (speeds >= self.moving_mps)
             & (speeds >= self.moving_spreads * np.sqrt(tracks.spreads[:, 1]))
             & (ahead >= self.moved_m)
+            & (tracks.hits >= self.moving_hits)
         )
         return moving
 

@@ -110,7 +110,8 @@ def _continues(row: Array, range_m: float, angle_rad: float, noise_m: float) -> 
     if abs(across) < 0.01:
         return False
     expected = (dx * row[3] - dy * row[2]) / max(length, 1e-9) / across
-    return abs(range_m - expected) <= 2.0 * noise_m + 0.15 * abs(expected - math.hypot(row[2], row[3]))
+    fits: bool = abs(range_m - expected) <= 2.0 * noise_m + 0.15 * abs(expected - math.hypot(row[2], row[3]))
+    return fits
 
 
 @njit(cache=True)
