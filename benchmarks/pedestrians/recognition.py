@@ -3,7 +3,6 @@
 import math
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from benchmarks.reporting.report import Row
@@ -17,9 +16,10 @@ from simulator.sensors.cameras.mounts import CameraMount, optical_pose
 from simulator.sensors.scene.moving_scene import MovingScenes
 from simulator.sensors.scene.static_scene import StaticScene
 from simulator.traffic.actors import Bodies
-from vehicle_agent.perception.camera.people_detector import HogPeopleDetector
+from vehicle_agent.perception.camera.people_detector import HogPeopleDetector, opencv
 from vehicle_agent.signals import PEDESTRIAN
 
+cv2 = opencv()
 # Of a person in the video, so that both are compared at the same size.
 HEIGHT_PX = (40, 75)
 _SIZES = (0.92, 1.0, 1.08)

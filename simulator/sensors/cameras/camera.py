@@ -206,7 +206,7 @@ class SceneCamera:
 
 
 def _is_other(people: ClothedPeople, triangles: NDArray[np.int32], number: int) -> NDArray[np.bool_]:
-    """(n,) which triangles belong to another person; -1 belongs to nobody."""
+    """(n,) which triangles belong to another person; -1 to none."""
     other: NDArray[np.bool_] = people.scene.surfaces.objects[np.maximum(triangles, 0)] != number
     return other & (triangles >= 0)
 
