@@ -43,7 +43,7 @@ _GROUPS = {
     "dispatch": "Dispatch: explain, replay, what if; demand; bounds of published instances.",
     "audit": "The audit log: is its chain whole?",
     "token": "Developer tokens: create, list, revoke.",
-    "infrastructure": "The time that cameras at crossings save.",
+    "infrastructure": "Cameras at crossings, and the time that they save.",
     "rides": "Rides of a running server: list, show, book, cancel.",
     "runs": "Recorded runs on disk: list, show, export.",
     "vehicle": "A vehicle's response: identify it from a recorded drive.",

@@ -6,13 +6,18 @@ from contract.geometry import Pose2, wrap_angle
 from contract.roads.model import Building, Lane, Origin, RoadMap
 from contract.roads.network import RoadNetwork
 from simulator.scoring.metrics import relations
+from simulator.sensors.cameras.camera import CameraSurroundings, SceneCamera
+from simulator.sensors.cameras.clothed_people import PeopleDresser
+from simulator.sensors.cameras.mounts import CameraMount, optical_pose
 from simulator.sensors.lidar import Lidar
 from simulator.sensors.lidars.driver import moved_to_end
 from simulator.sensors.lidars.mounts import roof_lidar
 from simulator.sensors.lidars.spinning_lidar import SpinningLidar
 from simulator.sensors.scene.changes import WorldChanges
+from simulator.sensors.scene.moving_scene import MovingScenes
 from simulator.sensors.scene.static_scene import StaticScene
 from simulator.sensors.walls import WallScene
+from simulator.traffic.actors import no_bodies
 from simulator.traffic.corridor import SAMPLES, Corridor
 from simulator.traffic.crowd import VEHICLE_COLUMNS, step_crowd
 from simulator.traffic.outlines import outline_meets_edges, outlines_overlap
@@ -54,3 +59,8 @@ def _warm_scene(road_map: RoadMap, rng: np.random.Generator) -> None:
     scene = StaticScene(road_map, 1, WorldChanges(parked_ratio=0.0))
     scan = SpinningLidar(roof_lidar(Body()), scene, rng).scan(lambda t: np.tile(np.eye(4), (len(t), 1, 1)), 0)
     moved_to_end(scan.points_base, scan.cloud.offsets_ns, 100_000_000, 1.0, 0.1)
+    around = CameraSurroundings(
+        PeopleDresser(scene.ground).of(no_bodies()), MovingScenes(scene.ground, 1).of(no_bodies())
+    )
+    camera = SceneCamera(CameraMount("warm", optical_pose(0.0, 0.0, 2.0, 0.0), 32, 32), scene, 1)
+    camera.take(np.eye(4), 0, around)

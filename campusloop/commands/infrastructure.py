@@ -1,4 +1,4 @@
-"""`campusloop infrastructure`: the time that cameras at crossings save."""
+"""`campusloop infrastructure`: cameras at crossings, and the time that they save."""
 
 import json
 import platform
@@ -13,6 +13,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from campusloop.campaigns.campaign import CampaignError
+from campusloop.commands.crossing_watch import watch
 from campusloop.studies.infrastructure.infrastructure_gain import (
     GainCase,
     GainRow,
@@ -24,7 +25,8 @@ from campusloop.studies.infrastructure.infrastructure_gain import (
 )
 from vehicle_agent.config import ProfileError, load_profile
 
-app = typer.Typer(help="The time that cameras at crossings save.", no_args_is_help=True)
+app = typer.Typer(help="Cameras at crossings, and the time that they save.", no_args_is_help=True)
+app.command()(watch)
 
 EXIT_BAD_INPUT = 2
 # As many as fit on the loop with the carts' gap at 2 m/s.
@@ -34,7 +36,7 @@ SPEED_MPS_MAX = 2.0
 
 @app.callback()
 def infrastructure() -> None:
-    """Makes typer treat the single command as a group."""
+    """Cameras at crossings: watch one, or compute what they save."""
 
 
 @app.command()

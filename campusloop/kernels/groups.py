@@ -32,6 +32,7 @@ GROUPS = {
         Group("points", "vehicle_agent.perception.points.warm:warm_points"),
         Group("planar_map", "vehicle_agent.localization.planar_map.warm:warm_planar_map"),
         Group("detector", "vehicle_agent.perception.pillars.warm:warm_detector"),
+        Group("laser_people", "vehicle_agent.perception.laser_people.warm:warm_laser_people"),
         Group("gate", "vehicle_agent.gate.footprint:warm_footprint"),
         Group("motion_calibration", "workshop.motion_calibration.warm:warm_kernels"),
         Group("nus", "vehicle_agent.stacks.warm:warm_nus"),

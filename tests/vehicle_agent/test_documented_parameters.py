@@ -35,13 +35,18 @@ from vehicle_agent.localization.scan_map.matching import MatchParams as ScanMatc
 from vehicle_agent.mission.rules import MissionRules
 from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
+from vehicle_agent.perception.camera.conditions import CameraRules
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.laser_people.people import LaserPeople
+from vehicle_agent.perception.laser_people.segments import SegmentParams
+from vehicle_agent.perception.laser_people.tracking import LaserTracker
+from vehicle_agent.perception.laser_people.verification import PersonVerification
+from vehicle_agent.perception.pillars.decoding import DecodingParams
+from vehicle_agent.perception.pillars.grid import PillarGrid
 from vehicle_agent.perception.points.clusters import ClusterParams
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.points.kinds import KindGates
-from vehicle_agent.perception.pillars.decoding import DecodingParams
-from vehicle_agent.perception.pillars.grid import PillarGrid
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
@@ -69,6 +74,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
     "points": (PointGrid, ClusterParams, KindGates),
     "object-tracking": (TrackerParams,),
+    "camera": (CameraRules, SegmentParams, LaserTracker, PersonVerification, LaserPeople),
     "lidar": (CloudLimits,),
     "detector": (PillarGrid, DecodingParams),
     "localization": (GnssInsLocalization, OdometryNoise),

@@ -6,7 +6,8 @@ that it has handed on.
 
 In flow order: `arriving` and `inbox` (inputs), `vehicle` and `surroundings` (state estimates), `plans`
 (task and motion), `acting` (commands and displays), `outputs` (the whole tick).
-`localizing` is what the tick asks of a worker; `objects` and `point_cloud` are of workers alone.
+`localizing` is what the tick asks of a worker; `objects`, `pictures` and `point_cloud` pass inside perception
+and are imported by name.
 """
 
 from contract.wire.messages import Headlights, TurnSignal

@@ -12,7 +12,7 @@ class SeenObjects(msgspec.Struct, frozen=True):
     scores (n,)          how sure the finder is of kind and place, 0 to 1
     poses_base (n, 3)    x, y, yaw of the middle of the outline, base frame at stamp_ns
     sizes_m (n, 3)       length along yaw, width, height
-    velocities_base_mps  (n, 2) over ground, along the axes of that frame; NaN where the finder gives none
+    velocities_base_mps  (n, 2) over ground, along the axes of that base frame; NaN where the finder has none
     """
 
     stamp_ns: int

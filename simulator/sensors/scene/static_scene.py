@@ -7,6 +7,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from contract.geometry import Array
 from contract.roads.model import RoadMap
 from simulator.sensors.scene.buildings import add_buildings, altered_buildings
 from simulator.sensors.scene.changes import WorldChanges

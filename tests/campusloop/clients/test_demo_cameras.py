@@ -9,9 +9,9 @@ import msgspec
 import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
-from campusloop.clients import demo_cameras
 from campusloop.clients.demo_cameras import DemoCameras, camera_token
 from campusloop.clients.operator_client import OperatorClient
+from campusloop.crossing_cameras import report_link
 from contract.wire.messages import PresenceReport
 from simulator.control import CameraReported, RiderLeft, Subscribe, decode_to_simulation, encode
 
@@ -79,7 +79,7 @@ async def forwarded() -> tuple[Server, list[str]]:
 def test_reports_reach_the_server_with_the_token_and_again_after_it_was_away(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(demo_cameras, "REDIAL_S", 0.05)
+    monkeypatch.setattr(report_link, "REDIAL_S", 0.05)
     server, said = asyncio.run(forwarded())
     assert set(server.tokens) == {"Bearer secret"}
     assert set(server.paths) == {"/ws/infrastructure"}

@@ -1,0 +1,1 @@
+"""People by a laser of one layer and cameras (NUS paper, section III-A): clusters, tracks, labels."""

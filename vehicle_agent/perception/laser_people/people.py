@@ -1,0 +1,149 @@
+"""The people around a vehicle by one laser and its cameras, scan by scan and picture by picture."""
+
+import msgspec
+import numpy as np
+
+from contract.geometry import Array, BoolArray, Pose2
+from vehicle_agent.perception.camera.conditions import CameraCondition, CameraRules
+from vehicle_agent.perception.laser_people.segments import SegmentParams, clusters_of
+from vehicle_agent.perception.laser_people.tracking import (
+    LaserTracker,
+    LaserTracks,
+    no_laser_tracks,
+    placed_at_base,
+)
+from vehicle_agent.perception.laser_people.verification import PersonVerification, RegionScorer
+from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
+from vehicle_agent.signals.objects import SeenObjects
+from vehicle_agent.signals.pictures import Picture, PinholeCamera
+
+_PERSON_M = 1.7
+_WIDTH_M_MIN = 0.4
+
+
+class LaserPeopleState(msgspec.Struct, frozen=True):
+    """What is followed, and what is known of each camera."""
+
+    tracks: LaserTracks = msgspec.field(default_factory=no_laser_tracks)
+    cameras: tuple[CameraCondition, ...] = ()
+
+
+class LaserPeople(msgspec.Struct, frozen=True):
+    """The room: clusters, tracks and labels.
+
+    moving_mps      slower things are not called moving
+    moving_spreads  nor those whose speed is within so many of its standard deviations
+    moved_m         nor those that are still nearer to their first place
+    moving_hits     nor what fewer scans have shown: the end of what hides a wall moves for a moment
+    person_m_max    a wider thing that no camera sees is not taken for a person
+    """
+
+    segments: SegmentParams = SegmentParams()
+    tracker: LaserTracker = LaserTracker()
+    verification: PersonVerification = PersonVerification()
+    rules: CameraRules = CameraRules()
+    moving_mps: float = 0.4
+    moving_spreads: float = 3.0
+    moved_m: float = 0.9
+    moving_hits: int = 16
+    person_m_max: float = 1.0
+
+    def after_scan(
+        self,
+        state: LaserPeopleState,
+        ranges_m: Array,
+        angles_rad: Array,
+        T_base_laser: Array,
+        pose_map: Pose2,
+        stamp_ns: int,
+    ) -> LaserPeopleState:
+        """The state after a scan of ranges (n,) at angles (n,), laser frame.
+
+        pose_map  of the vehicle at stamp_ns, the scan's end
+        """
+        clusters = clusters_of(ranges_m, angles_rad, self.segments)
+        tracks = self.tracker.step(state.tracks, clusters, T_base_laser, pose_map, stamp_ns)
+        cameras = tuple(self.rules.at(camera, stamp_ns) for camera in state.cameras)
+        return LaserPeopleState(tracks, cameras)
+
+    def after_picture(
+        self,
+        state: LaserPeopleState,
+        picture: Picture,
+        camera: PinholeCamera,
+        pose_map: Pose2,
+        scorer: RegionScorer,
+    ) -> LaserPeopleState:
+        """The state after a picture of `camera`; pose_map: of the vehicle when it was taken."""
+        known = {condition.camera: condition for condition in state.cameras}
+        condition = known.get(picture.camera) or CameraCondition(picture.camera)
+        if picture.stamp_ns <= condition.stamp_ns:
+            return state
+        condition = self.rules.after_picture(condition, picture)
+        tracks, condition = self.verification.look(
+            state.tracks, self.tracker.is_followed(state.tracks), picture, camera, pose_map, scorer,
+            condition, self.rules,
+        )  # fmt: skip
+        known[picture.camera] = condition
+        return LaserPeopleState(tracks, tuple(known[name] for name in sorted(known)))
+
+    def is_moving(self, tracks: LaserTracks) -> BoolArray:
+        """(n,) which of the things go somewhere; what sways comes back to its place."""
+        speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
+        gone = tracks.places_map - tracks.born_map
+        ahead = (gone * tracks.velocities_map_mps).sum(axis=1) / np.maximum(speeds, 1e-9)
+        moving: BoolArray = (
+            (speeds >= self.moving_mps)
+            & (speeds >= self.moving_spreads * np.sqrt(tracks.spreads[:, 1]))
+            & (ahead >= self.moved_m)
+            & (tracks.hits >= self.moving_hits)
+        )
+        return moving
+
+    def reported(self, state: LaserPeopleState) -> BoolArray:
+        """(n,) the things that others should know of: people, and what moves.
+
+        Without a camera that can be believed, also whatever could be a person and stands.
+        """
+        tracks = state.tracks
+        told = tracks.is_person | self.is_moving(tracks)
+        if not any(camera.state == "good" for camera in state.cameras):
+            told = told | (tracks.widths_m <= self.person_m_max)
+        reported: BoolArray = told & self.tracker.is_followed(tracks)
+        return reported
+
+    def seen_objects(self, state: LaserPeopleState, pose_map: Pose2) -> SeenObjects:
+        """The reported things without identities, for a tracker that joins several finders."""
+        tracks = state.tracks.selected(self.reported(state))
+        poses, velocities, kinds, widths = _rows_of(tracks, pose_map)
+        scores = np.where(tracks.is_person, 1.0 / (1.0 + np.exp(-np.maximum(tracks.evidence, 0.0))), 0.3)
+        sizes = np.column_stack((widths, widths, np.full(len(widths), _PERSON_M)))
+        return SeenObjects(tracks.stamp_ns, kinds, scores, poses, sizes, velocities)
+
+    def track_percept(self, state: LaserPeopleState, pose_map: Pose2) -> TrackPercept:
+        """The reported things with their identities, as the tick takes them."""
+        tracks = state.tracks.selected(self.reported(state))
+        poses, velocities, kinds, widths = _rows_of(tracks, pose_map)
+        return TrackPercept(
+            tracks.stamp_ns, tracks.ids, kinds, poses, velocities, np.column_stack((widths, widths))
+        )
+
+
+def _rows_of(tracks: LaserTracks, pose_map: Pose2) -> tuple[Array, Array, np.ndarray, Array]:
+    """Poses (n, 3) and velocities (n, 2) in the base frame, kinds (n,), widths (n,)."""
+    places = placed_at_base(tracks.places_map, pose_map)
+    velocities = placed_at_base(tracks.velocities_map_mps, Pose2(0.0, 0.0, pose_map.yaw_rad))
+    speeds = np.hypot(velocities[:, 0], velocities[:, 1])
+    headings = np.where(speeds > 0.3, np.arctan2(velocities[:, 1], velocities[:, 0]), 0.0)
+    kinds = np.where(tracks.is_person, PEDESTRIAN, OTHER).astype(np.int64)
+    widths = np.maximum(tracks.widths_m, _WIDTH_M_MIN)
+    return np.column_stack((places, headings)).reshape(-1, 3), velocities, kinds, widths
+
+
+def polar_of(points_base: Array, T_base_laser: Array) -> tuple[Array, Array]:
+    """Ranges (n,) and rising angles (n,) of a scan that comes as points (n, 3), base frame."""
+    level = (points_base - T_base_laser[:3, 3]) @ T_base_laser[:3, :3]
+    ranges = np.hypot(level[:, 0], level[:, 1])
+    angles = np.arctan2(level[:, 1], level[:, 0])
+    order = np.argsort(angles, kind="stable")
+    return ranges[order].astype(np.float64), angles[order].astype(np.float64)
