@@ -43,6 +43,7 @@ from vehicle_agent.signals.arriving import (
     ScanUnplaced,
     SeatButton,
     SeatSensor,
+    SignPercept,
     TrackPercept,
 )
 from vehicle_agent.signals.inbox import (
@@ -81,6 +82,7 @@ from vehicle_agent.signals.surroundings import (
     Detections,
     LeadVehicle,
     Predictions,
+    SeenSign,
     Tracks,
     View,
     WatchedArea,
@@ -159,6 +161,8 @@ __all__ = [
     "ScanUnplaced",
     "SeatButton",
     "SeatSensor",
+    "SeenSign",
+    "SignPercept",
     "Task",
     "TaskMode",
     "TaskReason",

@@ -124,6 +124,23 @@ class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
     sizes_m: np.ndarray
 
 
+class SignPercept(msgspec.Struct, frozen=True, tag="sign_percept"):
+    """The retro-reflective boards of one scan, from a worker: which signs they are is told over scans.
+
+    stamp_ns     end of the scan
+    boards_base  (n, 6) x, y, z of the middle of what was seen, yaw of the normal towards the vehicle, base
+                 frame at stamp_ns; height of the lowest return above the ground around; number of returns
+    chords       (k, 4) in which the rings cut the boards: width, heights of the left and of the right end,
+                 standard deviation of the width
+    owners       (k,) int64: the board of each chord
+    """
+
+    stamp_ns: int
+    boards_base: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 6)))
+    chords: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 4)))
+    owners: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.int64))
+
+
 class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):
     """A passenger requests a stop before the planned one."""
 

@@ -24,6 +24,8 @@ from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.mission.sections import VehicleExtent
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.signs.boards import SignFinder
+from vehicle_agent.perception.signs.stages import SignStages
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule
@@ -47,6 +49,13 @@ def cells(profile: Profile) -> HeightMapPerception:
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
     )
+
+
+def sign_finder(profile: Profile) -> SignFinder:
+    """The finder of signs for the profile's lidar, for the worker."""
+    lidar = profile.lidar
+    step_rad = 2.0 * math.pi / max(1, lidar.columns)
+    return SignFinder(SignStages(x_m=lidar.x_m, intensity_min=lidar.retro_intensity_min, step_ratio=step_rad))
 
 
 def announcer(profile: Profile, road_map: RoadMap | None = None) -> Announcer:

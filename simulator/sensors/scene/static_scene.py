@@ -1,5 +1,6 @@
 """One scene of everything that stands still, for all vehicles of a world."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,17 +80,18 @@ class StaticScene(CastScene):
         seed: int,
         changes: WorldChanges | None = None,
         ground: GroundParams | None = None,
+        placed: Sequence[PackedMesh] = (),
     ) -> None:
-        """Raises SceneError for a map without lanes."""
+        """placed: what stands there besides, map frame. Raises SceneError for a map without lanes."""
         self.changes = changes or WorldChanges()
         self.ground = Ground(road_map, seed, ground)
         self.buildings = altered_buildings(road_map.buildings, self.changes)
         mesh = Mesh()
         add_ground(mesh, self.ground)
         add_buildings(mesh, self.ground, self.buildings, seed)
-        furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
+        furniture = Furniture(self.ground, road_map, seed, self.changes)
         self.sway_phases = furniture.sway_phases
-        super().__init__(joined([mesh.packed(), *furniture.parts]))
+        super().__init__(joined([mesh.packed(), *furniture.parts, *placed]))
         self._build_hierarchy()
 
     def _build_hierarchy(self) -> None:
