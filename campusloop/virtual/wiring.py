@@ -35,11 +35,12 @@ from vehicle_agent.signals import (
     PlanAnswer,
     PlanJob,
     ScanAnswer,
+    SignPercept,
     TrackPercept,
 )
 from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
-from vehicle_agent.stacks.choice import Planner, build_localization_worker, build_planner
-from vehicle_agent.stacks.rooms import height_map
+from vehicle_agent.stacks.choice import SIGN_READING_STACKS, Planner, build_localization_worker, build_planner
+from vehicle_agent.stacks.rooms import height_map, sign_finder
 
 # The worker's time for one scan, with the transport there and back.
 PERCEPT_DELAY_NS = 2 * STEP_NS
@@ -169,8 +170,9 @@ class WiredVehicle:
         self._profile, self._point_map = profile, point_map
         self._bus = WiredGate(vehicle_id, profile, world, mask)
         self._height_map: HeightMap = height_map(profile)
+        self._signs = sign_finder(profile) if profile.stack in SIGN_READING_STACKS else None
         self.planner: Planner | None = build_planner(profile, road_map)
-        self._percepts: deque[tuple[int, ObstaclePercept]] = deque()
+        self._percepts: deque[tuple[int, ObstaclePercept | SignPercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.localization: WiredLocalization | None = self._new_localization()
         self.computer: VehicleComputer | None = None
@@ -226,6 +228,9 @@ class WiredVehicle:
         if scan is not None:
             cells = percept_from_scan(np.ascontiguousarray(scan[0]), now_ns, self._height_map)
             self._percepts.append((now_ns + PERCEPT_DELAY_NS, cells))
+            if self._signs is not None:
+                signs = self._signs.percept(scan[0], scan[1], now_ns)
+                self._percepts.append((now_ns + PERCEPT_DELAY_NS, signs))
         # A stack's map is made by the sensor that it compares with it.
         placed = planar if self._profile.stack == "nus" else scan
         if placed is not None and self.localization is not None:

@@ -128,16 +128,17 @@ class SignPercept(msgspec.Struct, frozen=True, tag="sign_percept"):
     """The retro-reflective boards of one scan, from a worker: which signs they are is told over scans.
 
     stamp_ns     end of the scan
-    boards_base  (n, 6) x, y, z of the middle of what was seen, yaw of the normal towards the vehicle, base
-                 frame at stamp_ns; height of the lowest return above the ground around; number of returns
-    chords       (k, 4) in which the rings cut the boards: width, heights of the left and of the right end,
-                 standard deviation of the width
+    boards_base  (n, 6) x, y of the board's axis, z of the middle of what was seen, yaw of the normal towards
+                 the vehicle, base frame at stamp_ns; height of the lowest return above the ground around;
+                 number of returns
+    chords       (k, 5) in which the rings cut the boards: width, heights of the left and of the right end,
+                 standard deviation of the width, how far the chord's middle is to the right of the axis
     owners       (k,) int64: the board of each chord
     """
 
     stamp_ns: int
     boards_base: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 6)))
-    chords: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 4)))
+    chords: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 5)))
     owners: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.int64))
 
 

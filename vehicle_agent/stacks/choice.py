@@ -21,6 +21,8 @@ from vehicle_agent.signals import PlanAnswer, PlanJob
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks with a motion planner beside the tick.
 PLANNING_STACKS = frozenset({"snow_lion"})
+# Stacks that read signs in scans.
+SIGN_READING_STACKS = frozenset({"gem"})
 # Stacks that can compare scans with a map beside the tick.
 LOCALIZING_STACKS = frozenset({"nus", "snow_lion"})
 

@@ -77,6 +77,7 @@ class Surroundings(msgspec.Struct, frozen=True):
             presence=recent_presence,
             blind=detections.blind,
             tracks=detections.tracks,
+            signs=detections.signs,
         )
         return world, SurroundingsState(recent, recent_presence, detections.stamp_ns, points)
 

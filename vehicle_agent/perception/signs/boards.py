@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from contract.geometry import Array
 from vehicle_agent.perception.signs.chords import chords_of
-from vehicle_agent.perception.signs.planes import faces, lean_ratio, upright_plane
+from vehicle_agent.perception.signs.planes import UprightPlane, faces, lean_ratio, upright_plane
 from vehicle_agent.perception.signs.stages import SignStages, reflecting, without_outliers
 from vehicle_agent.signals import SignPercept
 
@@ -58,7 +58,9 @@ class SignFinder(msgspec.Struct, frozen=True):
                 f"a scan is an (n, 3) array with (n,) intensities, not {points_base.shape}, {intensities.shape}"
             )
         points = without_outliers(reflecting(points_base, intensities, self.stages), self.stages)
-        found = [self._board(thing, points_base) for thing in _things(points, self.boards.apart_m)]
+        things = _things(points, self.boards.apart_m)
+        around = _in_field(points_base, self.stages) if things else points_base
+        found = [self._board(thing, around) for thing in things]
         boards = sorted(
             (one for one in found if one is not None), key=lambda one: float(np.hypot(*one[0][:2]))
         )
@@ -69,8 +71,8 @@ class SignFinder(msgspec.Struct, frozen=True):
         chords = np.concatenate([chords for _, chords in boards])
         return SignPercept(stamp_ns, np.array([row for row, _ in boards]), chords, numbers.astype(np.int64))
 
-    def _board(self, points: Array, points_base: Array) -> tuple[Array, Array] | None:
-        """((6,) as in `SignPercept`; (k, 4) chords), or None for what cannot be a board."""
+    def _board(self, points: Array, around: Array) -> tuple[Array, Array] | None:
+        """((6,) as in `SignPercept`; (k, 5) chords), or None for what cannot be a board."""
         rules = self.boards
         origin = np.array([self.stages.x_m, 0.0])
         range_m = float(np.hypot(*(points[:, :2].mean(axis=0) - origin)))
@@ -85,12 +87,44 @@ class SignFinder(msgspec.Struct, frozen=True):
         middle = on_plane.mean(axis=0)
         if not faces(plane, middle[:2], origin, rules.facing_min) or lean_ratio(on_plane) > rules.lean_max:
             return None
-        bottom_m = float(on_plane[:, 2].min()) - _ground_m(points_base, middle, rules.ground_m)
+        bottom_m = float(on_plane[:, 2].min()) - _ground_m(around, middle, rules.ground_m)
         if bottom_m < rules.bottom_m_min:
             return None
         yaw = float(np.arctan2(plane.normal[1], plane.normal[0]))
-        chords = chords_of(on_plane, yaw, self.stages.step_ratio, range_m)
+        hidden = self._hidden(around, plane, range_m)
+        right = np.array([plane.normal[1], -plane.normal[0]])
+        board = np.column_stack((on_plane[:, :2] @ right, on_plane[:, 2]))
+        chords = chords_of(board, hidden, self.stages.step_ratio * range_m)
+        if len(chords):
+            # The widest chord's middle is on the board's axis, wherever the returns are.
+            axis_m = float(chords[np.argmax(chords[:, 0]), 4])
+            middle[:2] += (axis_m - float(middle[:2] @ right)) * right
+            chords[:, 4] -= axis_m
         return np.array([*middle, yaw, bottom_m, float(len(on_plane))]), chords
+
+    def _hidden(self, around: Array, plane: UprightPlane, range_m: float) -> Array:
+        """(m, 2) across and height where the beams of nearer returns would meet the board's plane.
+
+        All beams are taken from the first lidar; others are near to it.
+        """
+        origin = np.array([self.stages.x_m, 0.0, self.stages.z_m])
+        rays = around - origin
+        toward = rays[:, :2] @ plane.normal
+        away = plane.offset_m - float(plane.normal @ origin[:2])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            times = away / toward
+        nearer = (times > 1.0 + 0.5 / range_m) & (times < 20.0)
+        met = origin + rays[nearer] * times[nearer, None]
+        right = np.array([plane.normal[1], -plane.normal[0]])
+        return np.column_stack((met[:, :2] @ right, met[:, 2]))
+
+
+def _in_field(points_base: Array, stages: SignStages) -> Array:
+    """(k, 3) float64 all returns of stage 1's field: the ground and what may hide a board."""
+    x, y = points_base[:, 0] - stages.x_m, points_base[:, 1]
+    with np.errstate(invalid="ignore"):
+        inside = (x > 0.3) & (x <= stages.ahead_m + 3.0) & (np.abs(y) <= stages.side_m + 3.0)
+    return points_base[inside].astype(np.float64)
 
 
 def _things(points: Array, apart_m: float) -> list[Array]:
@@ -103,10 +137,9 @@ def _things(points: Array, apart_m: float) -> list[Array]:
     return [points[labels == k] for k in range(count)]
 
 
-def _ground_m(points_base: Array, middle: Array, around_m: float) -> float:
+def _ground_m(around: Array, middle: Array, near_m: float) -> float:
     """Height of the ground around a place, base frame; 0.0, that under the vehicle, where no beam meets it."""
-    near = np.abs(points_base[:, 0] - middle[0]) < around_m
-    around = points_base[near]
-    around = around[np.abs(around[:, 1] - middle[1]) < around_m, 2]
-    low = around[around < middle[2] - 0.5]
+    near = (np.abs(around[:, 0] - middle[0]) < near_m) & (np.abs(around[:, 1] - middle[1]) < near_m)
+    low = around[near, 2]
+    low = low[low < middle[2] - 0.5]
     return float(np.percentile(low, 10)) if len(low) >= 5 else 0.0

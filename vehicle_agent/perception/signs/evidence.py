@@ -4,10 +4,11 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.perception.signs.outlines import BOTTOMS_M, KINDS, OUTLINES, widths_at
+from vehicle_agent.perception.signs.outlines import BOTTOMS_M, KINDS, OUTLINES, WIDTHS_M, widths_at
 
 # A chord that fits no outline: as probable as one that is off by so many standard deviations.
 _UNKNOWN_SIGMAS = 3.0
+_UNKNOWN_SHARE = 0.15
 # Gross errors: a branch before the board, dirt on it.
 _OUTLIER_SIGMAS = 4.0
 
@@ -22,15 +23,17 @@ class Evidence(msgspec.Struct, frozen=True):
 
 
 def no_evidence() -> Evidence:
-    """Every outline equally probable, and of each every size and height."""
-    counts = np.bincount(KINDS, minlength=len(OUTLINES))
-    prior = -np.log(counts[KINDS] * len(BOTTOMS_M) * (len(OUTLINES) + 1.0))
-    table = np.repeat(prior[:, None], len(BOTTOMS_M), axis=1).astype(np.float32)
-    return Evidence(table, -float(np.log(len(OUTLINES) + 1.0)))
+    """Every outline of every size and at every height equally probable, and one share for all else.
+
+    Plates have the most sizes: a board of which only a part has been seen is a plate before it is a stop sign.
+    """
+    prior = -float(np.log(WIDTHS_M.shape[0] * len(BOTTOMS_M) * (1.0 + _UNKNOWN_SHARE)))
+    table = np.full((WIDTHS_M.shape[0], len(BOTTOMS_M)), prior, np.float32)
+    return Evidence(table, float(np.log(_UNKNOWN_SHARE / (1.0 + _UNKNOWN_SHARE))))
 
 
 def with_chords(evidence: Evidence, chords: Array, weight: float, drift: float) -> Evidence:
-    """The evidence after the chords (k, 4) of one more scan, as `chords_of` gives them.
+    """The evidence after the chords (k, 5) of one more scan, as `chords_of` gives them.
 
     weight  0..1: scans from nearly one place say nearly the same, since the same firings meet the board
     drift   share of the probability that moves to the height a step above, and below: the vehicle pitches on
@@ -44,12 +47,12 @@ def with_chords(evidence: Evidence, chords: Array, weight: float, drift: float) 
         moved[:, :-1] += drift * likely[:, 1:]
         table = np.log(np.maximum(moved, 1e-30)) + table.max()
     unknown = evidence.unknown
-    for width_m, left_m, right_m, deviation_m in chords:
+    for width_m, left_m, right_m, deviation_m, _ in chords:
         expected = 0.5 * (widths_at(float(left_m)) + widths_at(float(right_m)))
         # The height itself is known to half a step.
         sigmas = np.minimum(np.abs(expected - width_m) / deviation_m, _OUTLIER_SIGMAS)
         table -= 0.5 * weight * sigmas**2
-        unknown -= 0.5 * weight * min(_UNKNOWN_SIGMAS, _OUTLIER_SIGMAS) ** 2 / 2.0
+        unknown -= 0.5 * weight * _UNKNOWN_SIGMAS**2
     top = max(float(table.max()), unknown)
     return Evidence((table - top).astype(np.float32), unknown - top)
 

@@ -12,7 +12,8 @@ from contract.geometry import Array, BoolArray
 class SignStages(msgspec.Struct, frozen=True):
     """Parameters of the stages; the field is in the base frame.
 
-    ahead_m, side_m    stage 1: in front of the lidar at x_m, and at most so far to each side
+    x_m, z_m           of the first lidar
+    ahead_m, side_m    stage 1: in front of the lidar, and at most so far to each side
     intensity_min      stage 2: of the sensor. Calibrated reflectivity of 0..255 has retro-reflectors above 100;
                        the paper's sensor gave them 85
     radius_m, neighbours_min  stage 3: points with fewer neighbours within the radius go, until none does
@@ -23,6 +24,7 @@ class SignStages(msgspec.Struct, frozen=True):
     """
 
     x_m: float = 0.0
+    z_m: float = 2.2
     ahead_m: float = 32.0
     side_m: float = 10.0
     intensity_min: float = 100.5

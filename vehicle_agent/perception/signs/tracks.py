@@ -50,6 +50,7 @@ class SignTracker(msgspec.Struct, frozen=True):
     place_m       driven between two scans of full weight: from one place they say the same
     standing_weight  of a scan from the same place
     weight        of a scan of full weight: its errors are not independent of the last one's
+    uneven_m      a chord whose middle is farther from the sign's axis was cut by the board's upper or lower edge
     drift_ratio   see `with_chords`
     tracks_max    the nearest boards are kept
     """
@@ -64,6 +65,7 @@ class SignTracker(msgspec.Struct, frozen=True):
     place_m: float = 0.3
     standing_weight: float = 0.01
     weight: float = 0.5
+    uneven_m: float = 0.1
     drift_ratio: float = 0.1
     tracks_max: int = 16
 
@@ -108,6 +110,11 @@ class SignTracker(msgspec.Struct, frozen=True):
         if track.scans < self.scans_min:
             gained = 1.0
         evidence = track.evidence
+        if track.scans >= self.scans_min:
+            # A scan of one chord does not tell itself whether a ring grazed the board's edge.
+            right = np.array([math.sin(track.yaw_rad), -math.cos(track.yaw_rad)])
+            aside_m = float((place - np.array([track.x_m, track.y_m])) @ right)
+            chords = chords[np.abs(chords[:, 4] + aside_m) <= self.uneven_m + chords[:, 3]]
         if len(chords):
             drift = self.drift_ratio * gained if track.scans else 0.0
             evidence = with_chords(evidence, chords, self.weight * max(gained, self.standing_weight), drift)

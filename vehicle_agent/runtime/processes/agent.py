@@ -52,12 +52,13 @@ from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_fi
 from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import (
     PLANNING_STACKS,
+    SIGN_READING_STACKS,
     build_car,
     build_localization_worker,
     build_planner,
     warm_localization,
 )
-from vehicle_agent.stacks.rooms import height_map
+from vehicle_agent.stacks.rooms import height_map, sign_finder
 from vehicle_agent.stacks.warm import warm_tick
 
 SOFTWARE = "0.1.0"
@@ -219,13 +220,15 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
     for place in places:
         files = AgentFolder(place.folder)
         vehicle = files.vehicle()
+        profile = files.profile()
         scanned.append(
             ScannedVehicle(
                 vehicle.vehicle_id,
                 place.mail,
                 vehicle.scans_port,
                 Path(vehicle.scan_ring),
-                height_map(files.profile()),
+                height_map(profile),
+                sign_finder(profile) if profile.stack in SIGN_READING_STACKS else None,
             )
         )
     with closing(places[0].clock.open("worker")) as clock:

@@ -9,6 +9,7 @@ import structlog
 
 from vehicle_agent.device_feed import DatagramPort, DeviceFeedError, ScanReady, ScanRing
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
+from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox
 
@@ -21,13 +22,14 @@ RETRY_NS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class ScannedVehicle:
-    """mail: the folder of the vehicle's mailboxes."""
+    """mail: the folder of the vehicle's mailboxes. signs: None for a stack that reads no signs."""
 
     vehicle_id: str
     mail: Path
     scans_port: int
     scan_ring: Path
     height_map: HeightMap
+    signs: SignFinder | None = None
 
 
 class _Feed:
@@ -66,6 +68,11 @@ class _Feed:
         # The gate gets percepts directly, so that an error of the tick does not reach it.
         for reader in ("tick", "gate"):
             self.mailbox.post(self.vehicle.mail / reader, Deliveries((delivery,)))
+        if self.vehicle.signs is not None:
+            # After the obstacles, which are waited for more urgently.
+            signs = self.vehicle.signs.percept(scan[0], scan[1], ready.stamp_ns)
+            read = Delivery(self._clock.now_ns(), "worker", signs)
+            self.mailbox.post(self.vehicle.mail / "tick", Deliveries((read,)))
 
     def close(self) -> None:
         self.port.close()
