@@ -55,7 +55,9 @@ def sign_finder(profile: Profile) -> SignFinder:
     """The finder of signs for the profile's lidar, for the worker."""
     lidar = profile.lidar
     step_rad = 2.0 * math.pi / max(1, lidar.columns)
-    return SignFinder(SignStages(x_m=lidar.x_m, z_m=lidar.z_m, intensity_min=lidar.retro_intensity_min, step_ratio=step_rad))
+    return SignFinder(
+        SignStages(x_m=lidar.x_m, z_m=lidar.z_m, intensity_min=lidar.retro_intensity_min, step_ratio=step_rad)
+    )
 
 
 def announcer(profile: Profile, road_map: RoadMap | None = None) -> Announcer:

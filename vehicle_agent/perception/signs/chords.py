@@ -37,7 +37,9 @@ def chords_of(board: Array, hidden: Array, step_m: float) -> Array:
         # Both ends are uniform within a step.
         deviation_m = float(np.hypot(0.41 * step_m, 0.015))
         middle_m = 0.5 * float(left[0] + right[0])
-        rows.append((float(right[0] - left[0]) + step_m, float(left[1]), float(right[1]), deviation_m, middle_m))
+        rows.append(
+            (float(right[0] - left[0]) + step_m, float(left[1]), float(right[1]), deviation_m, middle_m)
+        )
     chords = np.array(rows).reshape(-1, 5)
     return chords if len(chords) < 2 else chords[_is_about(chords, float(chords[np.argmax(chords[:, 0]), 4]))]
 

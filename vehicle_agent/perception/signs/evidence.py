@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array
-from vehicle_agent.perception.signs.outlines import BOTTOMS_M, KINDS, OUTLINES, WIDTHS_M, widths_at
+from vehicle_agent.perception.signs.outlines import BOTTOMS_M, KINDS, OUTLINES, SIZES_M, WIDTHS_M, widths_at
 
 # A chord that fits no outline: as probable as one that is off by so many standard deviations.
 _UNKNOWN_SIGMAS = 3.0
@@ -65,3 +65,8 @@ def probabilities(evidence: Evidence) -> dict[str, float]:
     whole = float(totals.sum()) + unknown
     found = {name: float(total) / whole for name, total in zip(OUTLINES, totals, strict=True)}
     return found | {"unknown": unknown / whole}
+
+
+def likely_size_m(evidence: Evidence) -> float:
+    """The size of the most probable outline and size, as `outlines` measures it."""
+    return float(SIZES_M[int(np.argmax(np.exp(evidence.log_odds.astype(np.float64)).sum(axis=1)))])

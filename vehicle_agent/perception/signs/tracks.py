@@ -7,7 +7,13 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Array, Pose2, inverse, transform_points, wrap_angle
-from vehicle_agent.perception.signs.evidence import Evidence, no_evidence, probabilities, with_chords
+from vehicle_agent.perception.signs.evidence import (
+    Evidence,
+    likely_size_m,
+    no_evidence,
+    probabilities,
+    with_chords,
+)
 from vehicle_agent.signals import SeenSign, SignPercept
 
 SignName = Literal["stop", "yield", "board", "other"]
@@ -19,6 +25,7 @@ class SignTrack(msgspec.Struct, frozen=True):
     x_m, y_m, yaw_rad  means over the scans, nearer ones weigh more; weight: the sum of the weights
     range_m            at which it was seen last
     scans              in which it was seen
+    low_m, high_m      heights between which chords were seen
     """
 
     sign_id: int
@@ -30,6 +37,8 @@ class SignTrack(msgspec.Struct, frozen=True):
     scans: int
     evidence: Evidence
     name: SignName = "board"
+    low_m: float = math.inf
+    high_m: float = -math.inf
 
 
 class SignsState(msgspec.Struct, frozen=True):
@@ -45,7 +54,10 @@ class SignTracker(msgspec.Struct, frozen=True):
 
     near_m, turned_rad  a board within these of a known one is that one
     scans_min     before a sign is named
-    sure, unsure  it gets a name at this probability, and loses it below the other
+    beyond_chords_m, span_m_min  a stop sign may be higher by this than where its chords were seen: a low wide
+                  plate is not taken for an octagon's middle; a yield sign's chords lie this far apart
+    sure, unsure  it gets a name at this probability, and loses it below the other; other: it is "other" when
+                  stop and yield together are less probable
     behind_m, away_m  a sign this far behind the vehicle, or this far away, is forgotten
     place_m       driven between two scans of full weight: from one place they say the same
     standing_weight  of a scan from the same place
@@ -58,8 +70,11 @@ class SignTracker(msgspec.Struct, frozen=True):
     near_m: float = 1.2
     turned_rad: float = 0.8
     scans_min: int = 4
-    sure: float = 0.98
+    beyond_chords_m: float = 0.42
+    span_m_min: float = 0.2
+    sure: float = 0.95
     unsure: float = 0.5
+    other: float = 0.02
     behind_m: float = 12.0
     away_m: float = 45.0
     place_m: float = 0.3
@@ -115,7 +130,10 @@ class SignTracker(msgspec.Struct, frozen=True):
             right = np.array([math.sin(track.yaw_rad), -math.cos(track.yaw_rad)])
             aside_m = float((place - np.array([track.x_m, track.y_m])) @ right)
             chords = chords[np.abs(chords[:, 4] + aside_m) <= self.uneven_m + chords[:, 3]]
+        low_m, high_m = track.low_m, track.high_m
         if len(chords):
+            low_m = min(low_m, float(chords[:, 1:3].min()))
+            high_m = max(high_m, float(chords[:, 1:3].max()))
             drift = self.drift_ratio * gained if track.scans else 0.0
             evidence = with_chords(evidence, chords, self.weight * max(gained, self.standing_weight), drift)
         return msgspec.structs.replace(
@@ -127,15 +145,23 @@ class SignTracker(msgspec.Struct, frozen=True):
             range_m=range_m,
             scans=track.scans + 1,
             evidence=evidence,
+            low_m=low_m,
+            high_m=high_m,
         )
 
     def _named(self, track: SignTrack) -> SignTrack:
         likely = probabilities(track.evidence)
-        for outline, name in (("octagon", "stop"), ("point_down", "yield")):
+        span_m = track.high_m - track.low_m
+        size_m = likely_size_m(track.evidence)
+        is_seen = track.scans >= self.scans_min
+        for outline, name, least_m in (
+            ("octagon", "stop", size_m - self.beyond_chords_m),
+            ("point_down", "yield", self.span_m_min),
+        ):
             least = self.unsure if track.name == name else self.sure
-            if likely[outline] >= least and track.scans >= self.scans_min:
+            if likely[outline] >= least and is_seen and span_m >= least_m:
                 return msgspec.structs.replace(track, name=name)
-        is_other = likely["octagon"] + likely["point_down"] <= 1.0 - self.sure
+        is_other = likely["octagon"] + likely["point_down"] <= self.other
         return msgspec.structs.replace(track, name="other" if is_other else "board")
 
     def _stays(self, track: SignTrack, pose_map: Pose2) -> bool:

@@ -100,7 +100,9 @@ class SignRule(msgspec.Struct, frozen=True):
         memory = msgspec.structs.replace(
             memory, served=tuple(sign_id for sign_id in memory.served if sign_id in known)
         )
-        ahead = [one for one in self.ahead(world.signs, waypoints, task) if one.sign.sign_id not in memory.served]
+        ahead = [
+            one for one in self.ahead(world.signs, waypoints, task) if one.sign.sign_id not in memory.served
+        ]
         commands = [self._slow(one, ego) for one in ahead if one.sign.kind == "yield"]
         stops = [one for one in ahead if one.sign.kind == "stop"]
         if not stops:
@@ -115,7 +117,9 @@ class SignRule(msgspec.Struct, frozen=True):
             return commands, msgspec.structs.replace(memory, standing_ns=0)
         since_ns = memory.standing_ns or ego.stamp_ns
         has_stood = ego.stamp_ns - since_ns >= round(self.stand_s * 1e9)
-        served = (*memory.served, stop.sign.sign_id) if has_stood and free_m >= self.resume_m else memory.served
+        served = (
+            (*memory.served, stop.sign.sign_id) if has_stood and free_m >= self.resume_m else memory.served
+        )
         return commands, msgspec.structs.replace(memory, standing_ns=since_ns, served=served)
 
     def _obeyed(self, memory: SignMemory, stop: SignAhead, ego: Ego) -> SignMemory:
@@ -124,9 +128,7 @@ class SignRule(msgspec.Struct, frozen=True):
             return memory
         needed = ego.speed_mps**2 / (2.0 * max(stop.gap_m, 0.1))
         decel = min(max(needed, self.decel_mps2_min), self.decel_mps2_max)
-        return msgspec.structs.replace(
-            memory, sign_id=stop.sign.sign_id, decel_mps2=decel, standing_ns=0
-        )
+        return msgspec.structs.replace(memory, sign_id=stop.sign.sign_id, decel_mps2=decel, standing_ns=0)
 
     def _slow(self, one: SignAhead, ego: Ego) -> SpeedCommand:
         """Slower before a yield sign, so that the obstacle rule can stop for what crosses."""
