@@ -77,12 +77,14 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     cells_base   (n, 2) centres of occupied height-map cells, base frame at stamp_ns
     heights_m    (n,) height difference inside each cell
     points_used  returns that entered the map; 0 means the sensor is blind
+    is_low       (n,) bool: kerbs, low steps with nothing above them; empty where nothing is known of it
     """
 
     stamp_ns: int
     cells_base: np.ndarray
     heights_m: np.ndarray
     points_used: int
+    is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
 
 
 class LidarCondition(msgspec.Struct, frozen=True):

@@ -50,6 +50,7 @@ class Detections(msgspec.Struct, frozen=True):
     """perception: obstacles around the vehicle; the same object until the next scan.
 
     points_map  (n, 2) obstacle cell centres, map frame
+    is_low      (n,) bool: kerbs, beside which one may drive but not over them; empty: none is
     stamp_ns    end of the scan they come from, 0 before the first
     signs       traffic signs ahead, of stacks that look for them
     """
@@ -59,6 +60,7 @@ class Detections(msgspec.Struct, frozen=True):
     blind: bool
     tracks: Tracks = NO_TRACKS
     signs: tuple[SeenSign, ...] = ()
+    is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
 
 
 class LeadVehicle(msgspec.Struct, frozen=True):
@@ -120,6 +122,7 @@ class World(msgspec.Struct, frozen=True):
 
     detections_stamp_ns  of the detections in use
     points_map      (n, 2) obstacle cells that belong neither to fleet vehicles nor to tracks
+    is_low          (n,) bool: which of them are kerbs; empty: none is
     fleet_vehicles  fleet vehicles reported lately, extrapolated to stamp_ns
     presence        the newest camera report of each area
     tracks          tracked road users; predictions in the same order
@@ -140,3 +143,4 @@ class World(msgspec.Struct, frozen=True):
     watched: tuple[WatchedArea, ...] = ()
     occupied_stops: tuple[str, ...] = ()
     signs: tuple[SeenSign, ...] = ()
+    is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))

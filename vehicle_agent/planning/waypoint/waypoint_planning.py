@@ -122,12 +122,15 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         return msgspec.structs.replace(state, check=check, yielding=yielding, clear=clear)
 
     def _check(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> PathCheck:
-        rule, points = self.obstacle, world.points_map
+        rule, points, kerbs = self.obstacle, world.points_map, world.points_map[:0]
+        if len(world.is_low) == len(points):
+            points, kerbs = points[~world.is_low], points[world.is_low]
         check_m = rule.check_m(max(self.waypoints.speed_mps_max, ego.speed_mps))
         beside_m = math.inf
         if rule.along == "arc":
             arc = sweep_arc(ego.pose_map, ego.steer_rad, rule.wheelbase_m, check_m)
             free_m = rule.free_m(points, arc, rule.clearance_m)
+            free_m = min(free_m, rule.free_m(kerbs, arc, rule.low_clearance_m))
         else:
             waypoints = state.waypoints
             line = sweep_line(waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, check_m)
@@ -136,6 +139,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             free_m = min(
                 rule.free_m(points, line, rule.clearance_m), rule.free_m(points, arc, rule.side_clearance_m)
             )
+            free_m = min(free_m, rule.free_m(kerbs, line, rule.low_clearance_m))
             beside_m = rule.free_m(points, line, rule.passing_clearance_m)
         free_m = free_m if free_m <= check_m else math.inf
         return PathCheck(world.detections_stamp_ns, state.odometer_m, free_m, beside_m)

@@ -38,7 +38,9 @@ def names_on_the_way(
         yield range_m, state
 
 
-def approached(outline: np.ndarray, to_m: float, bottom_m: float = 2.1, state: SignsState | None = None) -> SignsState:
+def approached(
+    outline: np.ndarray, to_m: float, bottom_m: float = 2.1, state: SignsState | None = None
+) -> SignsState:
     """What is known at the end of the way."""
     return [known for _, known in names_on_the_way(outline, to_m, bottom_m, state)][-1]
 
@@ -51,7 +53,9 @@ def test_a_stop_sign_is_named_ten_metres_before_it(bottom_m: float) -> None:
 
 
 def test_a_yield_sign_is_named_and_keeps_its_name_when_passed() -> None:
-    named = [seen_signs(state)[0].kind for range_m, state in names_on_the_way(point_down(), 6.0) if range_m <= 10.0]
+    named = [
+        seen_signs(state)[0].kind for range_m, state in names_on_the_way(point_down(), 6.0) if range_m <= 10.0
+    ]
     assert set(named) == {"yield"}
 
 

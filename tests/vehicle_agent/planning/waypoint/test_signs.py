@@ -19,7 +19,9 @@ HERE_M = 20.0
 BUMPER_M = HERE_M + RULE.body_front_m
 
 
-def a_sign(ahead_m: float, kind: str = "stop", y_m: float = -3.0, yaw_rad: float = math.pi, number: int = 1) -> SeenSign:
+def a_sign(
+    ahead_m: float, kind: str = "stop", y_m: float = -3.0, yaw_rad: float = math.pi, number: int = 1
+) -> SeenSign:
     """A sign before which the bumper has to stand `ahead_m` from now."""
     place = Pose2(BUMPER_M + ahead_m + RULE.before_m, y_m, yaw_rad)
     return SeenSign(number, kind, place, ahead_m)  # type: ignore[arg-type]
