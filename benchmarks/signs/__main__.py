@@ -1,8 +1,8 @@
 """Stop signs by lidar: `python -m benchmarks.signs [--seeds N] [--km K] [--first-seed S] [--json F]`.
 
-A GEM e2 drives at 3 m/s past boards of 0.75 m on a straight road with hills, posts, trees, parked vehicles and
-works. Boards stand 1.8 m to 2.3 m high, 0.5 m to 1.5 m beyond the edge, turned by up to 15 degrees. Only places
-count from which, and from 3 m before, nothing hid the board; `hidden` counts the others.
+A GEM e2 drives at 3 m/s past boards of 0.75 m on a straight road with hills, posts, trees, parked
+vehicles and works. Boards stand 1.8 m to 2.3 m high, 0.5 m to 1.5 m beyond the edge, turned by up to 15
+degrees. Only places count from which, and from 3 m before, nothing hid the board; `hidden` counts the others.
 
 points at R     that the five stages keep of a stop sign square to the VLP-16 (GEM, section VI: 44 and 83)
 one_scan_pct    a single scan shows a sign's board there: the paper's five stages, which name nothing
@@ -104,7 +104,7 @@ def _ways(
         taken = [name for _, names in driven for name in names]
         lidars = "four XT16" if four else "VLP-16"
         rows.append(
-            {"trial": f"ways without stop signs, {lidars}", "km": 1e-3 * sum(length_m for length_m, _ in driven),
+            {"trial": f"ways without stop signs, {lidars}", "km": 1e-3 * sum(way_m for way_m, _ in driven),
              "false_stops": len(taken), "taken": ", ".join(sorted(set(taken)))}
         )  # fmt: skip
         total += len(taken)

@@ -106,7 +106,7 @@ def approach_rows(name: str, lidars: str, passages: Sequence[Passage]) -> list[R
             "accumulated_pct": percent(known(passages, at)),
             "named_pct": percent(named(passages, at, name)),
             "misnamed_pct": percent(
-                [one.names[at] in ("stop", "yield") and one.names[at] != name for one in passages if at in one.names]
+                [one.names[at] in {"stop", "yield"} - {name} for one in passages if at in one.names]
             ),
         }
         for at in RANGES_M

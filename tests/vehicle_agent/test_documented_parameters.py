@@ -37,8 +37,12 @@ from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.onboard import cabin_view
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.signs.boards import BoardRules
+from vehicle_agent.perception.signs.stages import SignStages
+from vehicle_agent.perception.signs.tracks import SignTracker
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracks import TrackingPerception
+from vehicle_agent.planning.waypoint.signs import SignRule
 from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
 from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
 from vehicle_agent.runtime.screen import screen_requests
@@ -61,6 +65,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
     "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
+    "signs": (SignStages, BoardRules, SignTracker, SignRule),
     "lidar": (CloudLimits,),
     "localization": (GnssInsLocalization, OdometryNoise),
     "laser": (

@@ -166,8 +166,8 @@ def _is_flat(highest: np.ndarray, i: int, j: int, top_m: float) -> bool:
 
 @njit(cache=True)
 def _ground(lowest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """((blocks, blocks, 3) lowest return of each block of cells and its cell, (blocks, blocks) the lowest in a
-    block and the eight around it)."""
+    """((blocks, blocks, 3) lowest return of each block of cells and its cell, (blocks, blocks) the lowest in
+    a block and the eight around it)."""
     rows, columns = lowest.shape
     shape = (rows // _BLOCK + 1, columns // _BLOCK + 1)
     lows = np.full((shape[0], shape[1], 3), _EMPTY, np.float32)

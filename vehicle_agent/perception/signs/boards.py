@@ -55,7 +55,7 @@ class SignFinder(msgspec.Struct, frozen=True):
         """
         if points_base.ndim != 2 or points_base.shape[1] != 3 or len(intensities) != len(points_base):
             raise ValueError(
-                f"a scan is an (n, 3) array with (n,) intensities, not {points_base.shape}, {intensities.shape}"
+                f"a scan is (n, 3) points with (n,) intensities, not {points_base.shape}, {intensities.shape}"
             )
         points = without_outliers(reflecting(points_base, intensities, self.stages), self.stages)
         things = _things(points, self.boards.apart_m)
@@ -138,7 +138,7 @@ def _things(points: Array, apart_m: float) -> list[Array]:
 
 
 def _ground_m(around: Array, middle: Array, near_m: float) -> float:
-    """Height of the ground around a place, base frame; 0.0, that under the vehicle, where no beam meets it."""
+    """Height of the ground around a place, base frame; 0.0, as under the vehicle, where no beam meets it."""
     near = (np.abs(around[:, 0] - middle[0]) < near_m) & (np.abs(around[:, 1] - middle[1]) < near_m)
     low = around[near, 2]
     low = low[low < middle[2] - 0.5]

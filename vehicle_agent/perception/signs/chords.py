@@ -47,8 +47,8 @@ def chords_of(board: Array, hidden: Array, step_m: float) -> Array:
 def _is_about(chords: Array, axis_m: float) -> BoolArray:
     """(k,) whether a chord lies evenly about the board's axis.
 
-    A ring that grazes the upper or lower edge of a board meets only a part of it, mostly at one side: it would
-    look like the taper of an octagon.
+    A ring that grazes the upper or lower edge of a board meets only a part of it, mostly at one side: it
+    would look like the taper of an octagon.
     """
     even: BoolArray = np.abs(chords[:, 4] - axis_m) <= _UNEVEN_M + chords[:, 3]
     return even

@@ -25,7 +25,7 @@ class Evidence(msgspec.Struct, frozen=True):
 def no_evidence() -> Evidence:
     """Every outline of every size and at every height equally probable, and one share for all else.
 
-    Plates have the most sizes: a board of which only a part has been seen is a plate before it is a stop sign.
+    Plates have the most sizes: a board of which only a part has been seen is a plate before it is a stop.
     """
     prior = -float(np.log(WIDTHS_M.shape[0] * len(BOTTOMS_M) * (1.0 + _UNKNOWN_SHARE)))
     table = np.full((WIDTHS_M.shape[0], len(BOTTOMS_M)), prior, np.float32)

@@ -1,4 +1,4 @@
-"""The first four stages of GEM, section VI: field of view, intensity, radius outliers, statistical outliers."""
+"""Four stages of GEM, section VI: field of view, intensity, radius outliers, statistical outliers."""
 
 import math
 
@@ -14,8 +14,8 @@ class SignStages(msgspec.Struct, frozen=True):
 
     x_m, z_m           of the first lidar
     ahead_m, side_m    stage 1: in front of the lidar, and at most so far to each side
-    intensity_min      stage 2: of the sensor. Calibrated reflectivity of 0..255 has retro-reflectors above 100;
-                       the paper's sensor gave them 85
+    intensity_min      stage 2: of the sensor. Calibrated reflectivity of 0..255 has retro-reflectors above
+                       100; the paper's sensor gave them 85
     radius_m, neighbours_min  stage 3: points with fewer neighbours within the radius go, until none does
     statistics_of, deviations  stage 4: points whose mean distance to their nearest points is above the mean
                        of all by more than so many standard deviations go

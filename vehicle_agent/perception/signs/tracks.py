@@ -62,7 +62,7 @@ class SignTracker(msgspec.Struct, frozen=True):
     place_m       driven between two scans of full weight: from one place they say the same
     standing_weight  of a scan from the same place
     weight        of a scan of full weight: its errors are not independent of the last one's
-    uneven_m      a chord whose middle is farther from the sign's axis was cut by the board's upper or lower edge
+    uneven_m      a chord whose middle is farther from the sign's axis was cut by the upper or lower edge
     drift_ratio   see `with_chords`
     tracks_max    the nearest boards are kept
     """

@@ -1,4 +1,4 @@
-"""Stop signs and yield signs beside the way: where they stop the vehicle, and for how long (GEM, section VI)."""
+"""Stop and yield signs beside the way: where they stop the vehicle, and for how long (GEM, section VI)."""
 
 import math
 
@@ -35,7 +35,7 @@ class SignAhead(msgspec.Struct, frozen=True):
 
 
 class SignRule(msgspec.Struct, frozen=True):
-    """a = -v^2 / 2d from the place at which the sign was named: 0.45 m/s2 for 3 m/s and 10 m (GEM, section VI).
+    """a = -v^2 / 2d from where the sign was named: 0.45 m/s2 for 3 m/s and 10 m (GEM, section VI).
 
     side             signs stand on this side of the way: the kerb's
     ahead_m          farther signs are left alone

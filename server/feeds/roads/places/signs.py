@@ -1,8 +1,8 @@
 """Stop and yield signs: those that are tagged, and by rule where a small road meets a bigger one.
 
-The rule takes an intersection's stop lines, of each lane from a road with a lower speed limit than another way
-into the same intersection: a stop sign where that one's is at least 1.45 times as high, else a yield sign from
-1.25 times on. OpenStreetMap tags hardly any signs; a campus has them where its roads meet the town's.
+The rule takes an intersection's stop lines, of each lane from a road with a lower speed limit than another
+way into the same intersection: a stop sign where that one's is at least 1.45 times as high, else a yield sign
+from 1.25 times on. OpenStreetMap tags hardly any signs; a campus has them where its roads meet the town's.
 """
 
 from collections.abc import Mapping, Sequence

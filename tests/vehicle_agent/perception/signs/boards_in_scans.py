@@ -35,7 +35,7 @@ def returns_of(
     noise_m: float = 0.015,
     seed: int = 1,
 ) -> Array:
-    """(n, 3) returns of a board about `middle`, base frame, whose normal is turned from -x; lidar at x = 0."""
+    """(n, 3) returns of a board about `middle`, base frame, its normal turned from -x; lidar at x = 0."""
     rng = np.random.default_rng(seed)
     azimuths = np.arange(-1.0, 1.0, _STEP_RAD) + rng.uniform(0.0, _STEP_RAD)
     azimuth, elevation = (axis.ravel() for axis in np.meshgrid(azimuths, _RINGS_RAD))
@@ -50,7 +50,7 @@ def returns_of(
     across = (hits - from_lidar)[:, :2] @ np.array([-math.sin(turned_rad), math.cos(turned_rad)])
     met = shapely.contains_xy(shapely.Polygon(outline), across, hits[:, 2] - from_lidar[2]) & (reach > 0.0)
     noisy = hits[met] + rays[met] * rng.normal(0.0, noise_m, (int(met.sum()), 1))
-    return (noisy + [0.0, 0.0, LIDAR_Z_M]).astype(np.float32)
+    return (noisy + np.array([0.0, 0.0, LIDAR_Z_M])).astype(np.float32)
 
 
 def ground(seed: int = 2, count: int = 1500) -> Array:

@@ -105,7 +105,8 @@ def test_a_post_before_the_board_does_not_make_it_narrow() -> None:
     hidden = FINDER.percept(
         np.vstack((points, branch)), np.append(intensities, np.full(len(branch), 30.0)), 1
     )
-    assert len(free.chords) and not len(hidden.chords)
+    assert len(free.chords)
+    assert not len(hidden.chords)
     assert len(hidden.boards_base) == 1
 
 
