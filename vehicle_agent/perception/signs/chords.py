@@ -1,11 +1,14 @@
 """The chords in which a lidar's rings cut a board."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from contract.geometry import Array, BoolArray
+
+Indices = NDArray[np.int64]
 
 # Neighbours on one ring: along it they are up to 9 cm apart at 25 m, across it they are level.
 _ALONG_M, _ACROSS_M = 0.16, 0.05
@@ -54,7 +57,7 @@ def _is_about(chords: Array, axis_m: float) -> BoolArray:
     return even
 
 
-def _linked(board: Array) -> list[Array]:
+def _linked(board: Array) -> list[Indices]:
     """Indices of the returns that hang together along rings."""
     scaled = board / np.array([_ALONG_M, _ACROSS_M])
     pairs = cKDTree(scaled).query_pairs(1.0, output_type="ndarray")
@@ -64,9 +67,9 @@ def _linked(board: Array) -> list[Array]:
     return [np.flatnonzero(labels == k) for k in range(count)]
 
 
-def _joined(board: Array, pieces: list[Array], hidden: Array) -> list[Array]:
+def _joined(board: Array, pieces: list[Indices], hidden: Array) -> list[Indices]:
     """Pieces of one ring on either side of what hides its middle are one chord."""
-    joined: list[Array] = []
+    joined: list[Indices] = []
     for piece in sorted(pieces, key=lambda members: float(board[members, 0].min())):
         left = board[piece[np.argmin(board[piece, 0])]]
         for k, earlier in enumerate(joined):

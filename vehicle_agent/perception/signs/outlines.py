@@ -48,7 +48,7 @@ def chord_m(outline: OutlineKind, size_m: float, above_m: Array) -> Array:
 
 def _hypotheses() -> tuple[Array, np.ndarray, Array]:
     """((h, rows) widths by height, (h,) index into OUTLINES, (h,) sizes)."""
-    heights = (np.arange(_ROWS) - 4) * STEP_M
+    heights: Array = STEP_M * np.arange(-4.0, _ROWS - 4.0)
     widths, kinds, sizes = [], [], []
     for number, outline in enumerate(OUTLINES):
         low, high = _SIZES_M[outline]

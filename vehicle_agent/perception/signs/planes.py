@@ -38,7 +38,8 @@ def upright_plane(points: Array, origin: Array, tolerance_m: float) -> UprightPl
     pairs = np.array(list(itertools.combinations(chosen.tolist(), 2)), dtype=np.int64).reshape(-1, 2)
     along = plan[pairs[:, 1]] - plan[pairs[:, 0]]
     lengths = np.hypot(along[:, 0], along[:, 1])
-    pairs, along, lengths = (item[lengths > 0.05] for item in (pairs, along, lengths))
+    is_wide = lengths > 0.05
+    pairs, along, lengths = pairs[is_wide], along[is_wide], lengths[is_wide]
     if not len(pairs):
         return None
     normals = np.column_stack((-along[:, 1], along[:, 0])) / lengths[:, None]

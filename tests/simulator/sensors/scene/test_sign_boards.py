@@ -19,7 +19,9 @@ def a_signed_street(*signs: RoadSign) -> object:
 
 
 def test_a_sign_stands_beyond_the_edge_on_its_side_and_faces_its_lane() -> None:
-    road_map = a_signed_street(RoadSign("a", "stop", "east", 40.0), RoadSign("b", "yield", "west", 50.0, "left"))
+    road_map = a_signed_street(
+        RoadSign("a", "stop", "east", 40.0), RoadSign("b", "yield", "west", 50.0, "left")
+    )
     ground = Ground(road_map, 1, FLAT)  # type: ignore[arg-type]
     poses = sign_poses(road_map, ground)  # type: ignore[arg-type]
     assert poses[0, 0] == pytest.approx(40.0)
