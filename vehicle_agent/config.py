@@ -49,7 +49,8 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Position of a lidar, base frame; a VLP-16 scans 16 rings from -15 to +15 degrees.
 
-    rate_hz 0: the vehicle has no lidar.
+    rate_hz 0: the vehicle has no lidar. retro_intensity_min: returns of retro-reflectors are brighter; a
+    VLP-16's calibrated reflectivity has them above 100 of 255
     """
 
     x_m: float = 3.2
@@ -61,6 +62,7 @@ class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     range_m_max: float = 100.0
     elevation_rad_min: float = -0.2617993877991494
     elevation_rad_max: float = 0.2617993877991494
+    retro_intensity_min: float = 100.5
 
 
 class PlanarScanner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

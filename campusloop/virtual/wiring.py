@@ -35,6 +35,7 @@ from vehicle_agent.signals import (
     PlanAnswer,
     PlanJob,
     ScanAnswer,
+    SignPercept,
     TrackPercept,
 )
 from vehicle_agent.signals.objects import EgoMotion
@@ -175,7 +176,7 @@ class WiredVehicle:
         self._bus = WiredGate(vehicle_id, profile, world, mask)
         self._perception = build_perception_worker(profile)
         self.planner: Planner | None = build_planner(profile, road_map)
-        self._percepts: deque[tuple[int, Percept]] = deque()
+        self._percepts: deque[tuple[int, Percept | SignPercept]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.localization: WiredLocalization | None = self._new_localization()
         self.computer: VehicleComputer | None = None
@@ -235,6 +236,8 @@ class WiredVehicle:
             rows = np.column_stack((*scan, np.zeros_like(scan[1])))
             for percept in self._perception.percepts(rows, now_ns):
                 self._percepts.append((now_ns + PERCEPT_DELAY_NS, percept))
+            for signs in self._perception.signs(rows, now_ns):
+                self._percepts.append((now_ns + PERCEPT_DELAY_NS, signs))
             self.percept_cpu_ms.append(1e3 * (time.process_time() - began_s))
         # A stack's map is made by the sensor that it compares with it.
         placed = planar if self._profile.stack == "nus" else scan

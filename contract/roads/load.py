@@ -9,7 +9,7 @@ from contract.roads.model import FORMAT_VERSION, RoadMap
 
 _VERSION_DIGITS = 16
 # Later than format 1: not written when empty, so that maps without them keep their version.
-_LATER_FIELDS = ("observation_areas", "no_stopping_zones", "kerbs")
+_LATER_FIELDS = ("observation_areas", "no_stopping_zones", "kerbs", "signs")
 
 
 class MapError(Exception):

@@ -11,6 +11,7 @@ import msgspec
 Point = tuple[float, float]
 LaneKind = Literal["road", "turn", "turnaround"]
 AreaKind = Literal["intersection", "crossing"]
+SignKind = Literal["stop", "yield"]
 Scenario = Literal["common_road", "parking_lot", "unprotected_intersection"]
 SCENARIOS: tuple[Scenario, ...] = ("common_road", "parking_lot", "unprotected_intersection")
 
@@ -131,6 +132,22 @@ class Kerb(msgspec.Struct, frozen=True):
     points: tuple[Point, ...]
 
 
+class RoadSign(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A traffic sign for the vehicles of one lane, which stands beside it.
+
+    s_m     of the stop line: where the front bumper stands
+    side    of the lane; signs stand on the side of the kerb
+
+    No vehicle takes a sign from the map: it must see the board (docs/decisions/0035).
+    """
+
+    sign_id: str
+    kind: SignKind
+    lane_id: str
+    s_m: float
+    side: Literal["left", "right"] = "right"
+
+
 class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
     """One scheduled run: a departure (seconds after local midnight) at each of its stops, in order.
 
@@ -145,8 +162,8 @@ class TimetableTrip(msgspec.Struct, frozen=True, omit_defaults=True):
 class RoadMap(msgspec.Struct, frozen=True):
     """A campus map; `map_version` is the content's hash, set by `contract.roads.load`.
 
-    observation_areas, no_stopping_zones, kerbs  not written when there are none: maps made before there
-                       were any keep their version
+    observation_areas, no_stopping_zones, kerbs, signs  not written when there are none: maps made before
+                       there were any keep their version
     """
 
     campus_id: str
@@ -167,6 +184,7 @@ class RoadMap(msgspec.Struct, frozen=True):
     observation_areas: tuple[ObservationArea, ...] = ()
     no_stopping_zones: tuple[NoStoppingZone, ...] = ()
     kerbs: tuple[Kerb, ...] = ()
+    signs: tuple[RoadSign, ...] = ()
 
     @property
     def charging_places(self) -> tuple[RestingPlace, ...]:

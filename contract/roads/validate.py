@@ -80,6 +80,7 @@ def _doubled_ids(road_map: RoadMap) -> Iterator[Problem]:
         [area.area_id for area in road_map.observation_areas],
         [zone.zone_id for zone in road_map.no_stopping_zones],
         [kerb.kerb_id for kerb in road_map.kerbs],
+        [sign.sign_id for sign in road_map.signs],
     ):
         for doubled, count in Counter(ids).items():
             if count > 1:
@@ -95,6 +96,7 @@ def _long_names(road_map: RoadMap) -> Iterator[Problem]:
         *((area.area_id,) for area in road_map.observation_areas),
         *((zone.zone_id,) for zone in road_map.no_stopping_zones),
         *((kerb.kerb_id,) for kerb in road_map.kerbs),
+        *((sign.sign_id,) for sign in road_map.signs),
         *((stop.stop_id, stop.name, stop.name_en) for stop in road_map.stops),
     )
     for names in named:
@@ -119,6 +121,7 @@ def _dangling(road_map: RoadMap) -> Iterator[Problem]:
         for area in road_map.observation_areas
     ]
     references += [(zone.zone_id, "lane", (zone.lane_id,), lanes) for zone in road_map.no_stopping_zones]
+    references += [(sign.sign_id, "lane", (sign.lane_id,), lanes) for sign in road_map.signs]
     references += [
         (trip.trip_id, "stop", [stop_id for stop_id, _ in trip.calls], stops) for trip in road_map.timetable
     ]
@@ -208,6 +211,7 @@ def _lopsided(road_map: RoadMap) -> Iterator[Problem]:
 def _off_lane(road_map: RoadMap, lines: dict[str, Array]) -> Iterator[Problem]:
     placed = [(stop.stop_id, stop.lane_id, stop.s_m) for stop in road_map.stops]
     placed += [(place.place_id, place.lane_id, place.s_m) for place in road_map.resting_places]
+    placed += [(sign.sign_id, sign.lane_id, sign.s_m) for sign in road_map.signs]
     placed += [
         (area.area_id, lane_id, s_m)
         for area in road_map.observation_areas

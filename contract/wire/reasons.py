@@ -30,6 +30,8 @@ SpeedLimitReason = Literal[
     # where it has to stop or to slow
     "stop",
     "stop_occupied",
+    "stop_sign",
+    "yield_sign",
     "section",
     "crossing",
     "crossing_traffic",

@@ -25,8 +25,8 @@ from vehicle_agent.onboard.tick import tick
 from vehicle_agent.perception.height_map import percept_from_scan
 from vehicle_agent.runtime.inbox import Inbox, inputs_from
 from vehicle_agent.signals import InboxBody, LinkState, Outputs
-from vehicle_agent.stacks.choice import build_car, build_planner
-from vehicle_agent.stacks.rooms import height_map
+from vehicle_agent.stacks.choice import SIGN_READING_STACKS, build_car, build_planner
+from vehicle_agent.stacks.rooms import height_map, sign_finder
 
 TICK_NS = 20_000_000
 SERVER_OFFSET_NS = 1_700_000_000_000_000_000
@@ -73,6 +73,7 @@ class DrivenShuttle:
         self.granted: list[SectionGrant] = []
         self.inbox = Inbox()
         self.params = height_map(profile)
+        self.signs = sign_finder(profile) if profile.stack in SIGN_READING_STACKS else None
         self._followed = 0
         self._pending: list[InboxBody] = [LinkState(TICK_NS, True, 1, SERVER_OFFSET_NS)]
 
@@ -131,6 +132,8 @@ class DrivenShuttle:
         scan = self.world.scan(self.name, self.now_ns)
         if scan is not None:
             self.inbox.put(self.now_ns, "lidar", percept_from_scan(scan[0], self.now_ns, self.params))
+            if self.signs is not None:
+                self.inbox.put(self.now_ns, "lidar", self.signs.percept(scan[0], scan[1], self.now_ns))
         for body in self._pending:
             self.inbox.put(self.now_ns, "test", body)
         self._pending.clear()

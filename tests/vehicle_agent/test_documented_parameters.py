@@ -47,9 +47,13 @@ from vehicle_agent.perception.pillars.grid import PillarGrid
 from vehicle_agent.perception.points.clusters import ClusterParams
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.points.kinds import KindGates
+from vehicle_agent.perception.signs.boards import BoardRules
+from vehicle_agent.perception.signs.stages import SignStages
+from vehicle_agent.perception.signs.tracks import SignTracker
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
+from vehicle_agent.planning.waypoint.signs import SignRule
 from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
 from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
 from vehicle_agent.runtime.screen import screen_requests
@@ -75,6 +79,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "points": (PointGrid, ClusterParams, KindGates),
     "object-tracking": (TrackerParams,),
     "camera": (CameraRules, SegmentParams, LaserTracker, PersonVerification, LaserPeople),
+    "signs": (SignStages, BoardRules, SignTracker, SignRule),
     "lidar": (CloudLimits,),
     "detector": (PillarGrid, DecodingParams),
     "localization": (GnssInsLocalization, OdometryNoise),

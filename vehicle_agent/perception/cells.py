@@ -22,6 +22,7 @@ class CellsState(msgspec.Struct, frozen=True):
     """What perception remembers: recent poses, the last detections, and cells in the blind zone.
 
     hidden_map (n, 2), hidden_ns (n,)  cells in the blind zone, and when each was last detected
+    hidden_low (n,)                    which of them are kerbs
     lidars                             what the lidars' driver said last
     """
 
@@ -30,6 +31,7 @@ class CellsState(msgspec.Struct, frozen=True):
     hidden_map: np.ndarray
     hidden_ns: np.ndarray
     lidars: LidarConditions = NO_CONDITIONS
+    hidden_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
 
 
 class HeightMapPerception(msgspec.Struct, frozen=True):
@@ -82,7 +84,7 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         percept = max(newer, key=lambda item: item.stamp_ns)
         if percept.points_used == 0:
             # The scan shows nothing, so it cannot show that a known obstacle has gone.
-            detections = Detections(percept.stamp_ns, state.detections.points_map, True)
+            detections = msgspec.structs.replace(state.detections, stamp_ns=percept.stamp_ns, blind=True)
             return detections, msgspec.structs.replace(state, detections=detections)
         return self._with_scan(state, percept)
 
@@ -94,12 +96,17 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         hidden_map: Array = np.vstack((state.hidden_map[remembered], new_map))
         hidden_ns = np.concatenate((state.hidden_ns[remembered], new_ns))
         points_map: Array = np.vstack((new_map, state.hidden_map[remembered]))
+        new_low = percept.is_low if len(percept.is_low) == len(new_map) else np.zeros(len(new_map), np.bool_)
+        old_low = state.hidden_low[remembered]
         in_zone = self._in_blind_zone(
             transform_points(inverse(pose_map), hidden_map), 2.0 * self.blind_margin_m
         )
-        detections = Detections(percept.stamp_ns, points_map, False)
+        detections = Detections(
+            percept.stamp_ns, points_map, False, is_low=np.concatenate((new_low, old_low))
+        )
+        hidden_low = np.concatenate((old_low, new_low))[in_zone]
         return detections, CellsState(
-            state.poses, detections, hidden_map[in_zone], hidden_ns[in_zone], state.lidars
+            state.poses, detections, hidden_map[in_zone], hidden_ns[in_zone], state.lidars, hidden_low
         )
 
     def faults(self, state: CellsState, now_ns: int) -> tuple[Fault, ...]:

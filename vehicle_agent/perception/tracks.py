@@ -69,5 +69,8 @@ class TrackingPerception(msgspec.Struct, frozen=True):
         tracks = tracker_state.tracks
         outside = outside_tracks(cells_state.hidden_map, tracks.poses_map, tracks.sizes_m, self.own_margin_m)
         return msgspec.structs.replace(
-            cells_state, hidden_map=cells_state.hidden_map[outside], hidden_ns=cells_state.hidden_ns[outside]
+            cells_state,
+            hidden_map=cells_state.hidden_map[outside],
+            hidden_ns=cells_state.hidden_ns[outside],
+            hidden_low=cells_state.hidden_low[outside],
         )

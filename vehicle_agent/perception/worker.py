@@ -11,7 +11,8 @@ from vehicle_agent.perception.dead_reckoning import ReckonedWay
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.deskew import straightened
-from vehicle_agent.signals import Percept
+from vehicle_agent.perception.signs.boards import SignFinder
+from vehicle_agent.signals import Percept, SignPercept
 from vehicle_agent.signals.objects import EgoMotion
 
 
@@ -30,18 +31,28 @@ class PerceptionWorker(Protocol):
         """
         ...
 
+    def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
+        """Traffic signs in the same scan, for a stack that reads them; after `percepts`, which are urgent."""
+        ...
+
 
 class CellsWorker:
     """Obstacle cells by the height map; road users come from another computer, or the stack tracks none."""
 
-    def __init__(self, height_map: HeightMap) -> None:
-        self._height_map = height_map
+    def __init__(self, height_map: HeightMap, sign_finder: SignFinder | None = None) -> None:
+        """sign_finder: None for a stack that reads no signs."""
+        self._height_map, self._sign_finder = height_map, sign_finder
 
     def take(self, motion: EgoMotion) -> None:
         """Cells need no motion."""
 
     def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
         return (percept_from_scan(rows[:, :3], stamp_ns, self._height_map),)
+
+    def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
+        if self._sign_finder is None:
+            return ()
+        return (self._sign_finder.percept(rows[:, :3], rows[:, 3], stamp_ns),)
 
 
 class TracksWorker:
@@ -64,3 +75,7 @@ class TracksWorker:
             self._state, points, rows[:, 3], stamp_ns, self._way.pose_odom(stamp_ns)
         )
         return (cells, tracks)
+
+    def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
+        del rows, stamp_ns
+        return ()

@@ -24,6 +24,7 @@ from vehicle_agent.signals import (
     PoseHint,
     SeatButton,
     SeatSensor,
+    SignPercept,
     TrackPercept,
 )
 
@@ -86,7 +87,9 @@ def inputs_from(items: Sequence[InboxItem], stamp_ns: int) -> Inputs:
         frames=tuple(body for body in bodies if isinstance(body, CanFrame)),
         navigation=tuple(body for body in map(_told_to_localization, bodies) if isinstance(body, Navigation)),
         percepts=tuple(
-            body for body in bodies if isinstance(body, ObstaclePercept | TrackPercept | LidarConditions)
+            body
+            for body in bodies
+            if isinstance(body, ObstaclePercept | TrackPercept | SignPercept | LidarConditions)
         ),
         plans=tuple(body for body in bodies if isinstance(body, PlanAnswer)),
         infrastructure=tuple(body for body in bodies if isinstance(body, FleetVehicle | PedestrianPresence)),

@@ -44,6 +44,7 @@ from vehicle_agent.signals.arriving import (
     ScanUnplaced,
     SeatButton,
     SeatSensor,
+    SignPercept,
     TrackPercept,
 )
 from vehicle_agent.signals.inbox import (
@@ -82,6 +83,7 @@ from vehicle_agent.signals.surroundings import (
     Detections,
     LeadVehicle,
     Predictions,
+    SeenSign,
     Tracks,
     View,
     WatchedArea,
@@ -160,6 +162,8 @@ __all__ = [
     "ScanUnplaced",
     "SeatButton",
     "SeatSensor",
+    "SeenSign",
+    "SignPercept",
     "Task",
     "TaskMode",
     "TaskReason",

@@ -77,12 +77,14 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     cells_base   (n, 2) centres of occupied height-map cells, base frame at stamp_ns
     heights_m    (n,) height difference inside each cell
     points_used  returns that entered the map; 0 means the sensor is blind
+    is_low       (n,) bool: kerbs, low steps with nothing above them; empty where nothing is known of it
     """
 
     stamp_ns: int
     cells_base: np.ndarray
     heights_m: np.ndarray
     points_used: int
+    is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
 
 
 class LidarCondition(msgspec.Struct, frozen=True):
@@ -122,6 +124,24 @@ class TrackPercept(msgspec.Struct, frozen=True, tag="track_percept"):
     poses_base: np.ndarray
     velocities_base_mps: np.ndarray
     sizes_m: np.ndarray
+
+
+class SignPercept(msgspec.Struct, frozen=True, tag="sign_percept"):
+    """The retro-reflective boards of one scan, from a worker: which signs they are is told over scans.
+
+    stamp_ns     end of the scan
+    boards_base  (n, 6) x, y of the board's axis, z of the middle of what was seen, yaw of the normal towards
+                 the vehicle, base frame at stamp_ns; height of the lowest return above the ground around;
+                 number of returns
+    chords       (k, 5) in which the rings cut the boards: width, heights of the left and of the right end,
+                 standard deviation of the width, how far the chord's middle is to the right of the axis
+    owners       (k,) int64: the board of each chord
+    """
+
+    stamp_ns: int
+    boards_base: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 6)))
+    chords: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 5)))
+    owners: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.int64))
 
 
 class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):

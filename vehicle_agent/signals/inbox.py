@@ -21,6 +21,7 @@ from vehicle_agent.signals.arriving import (
     ScanUnplaced,
     SeatButton,
     SeatSensor,
+    SignPercept,
     TrackPercept,
 )
 from vehicle_agent.signals.localizing import PoseHint
@@ -32,7 +33,7 @@ Navigation = GnssFix | ImuSample | ScanPose | ScanUnplaced | PoseHint
 MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the tick's perception reads; the gate has its own ears for percepts.
-PerceptionInput = Percept | LidarConditions
+PerceptionInput = Percept | SignPercept | LidarConditions
 # What the link delivers to the tick.
 LinkMessage = MissionMessage | LinkState | FleetVehicle | PedestrianPresence
 CabinEvent = SeatButton | HelpButton | CodeTyped | DestinationChoice | SeatSensor | DoorState
@@ -45,6 +46,7 @@ InboxBody = (
     | ScanUnplaced
     | ObstaclePercept
     | TrackPercept
+    | SignPercept
     | LidarConditions
     | MatchedScan
     | PlanAnswer

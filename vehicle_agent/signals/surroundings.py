@@ -1,5 +1,7 @@
 """perception, world: road users and obstacles around the vehicle."""
 
+from typing import Literal
+
 import msgspec
 import numpy as np
 
@@ -29,17 +31,36 @@ NO_TRACKS = Tracks(
 )
 
 
+class SeenSign(msgspec.Struct, frozen=True):
+    """perception: a traffic sign ahead, as the lidars have seen it over some scans.
+
+    sign_id   constant as long as the sign is known
+    kind      "board": a sign's board whose shape is not known yet; "other": neither stop nor yield
+    pose_map  middle of the board; the yaw is that of its normal, towards those for whom it stands
+    range_m   at which it was seen last
+    """
+
+    sign_id: int
+    kind: Literal["stop", "yield", "board", "other"]
+    pose_map: Pose2
+    range_m: float
+
+
 class Detections(msgspec.Struct, frozen=True):
     """perception: obstacles around the vehicle; the same object until the next scan.
 
     points_map  (n, 2) obstacle cell centres, map frame
+    is_low      (n,) bool: kerbs, beside which one may drive but not over them; empty: none is
     stamp_ns    end of the scan they come from, 0 before the first
+    signs       traffic signs ahead, of stacks that look for them
     """
 
     stamp_ns: int
     points_map: np.ndarray
     blind: bool
     tracks: Tracks = NO_TRACKS
+    signs: tuple[SeenSign, ...] = ()
+    is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
 
 
 class LeadVehicle(msgspec.Struct, frozen=True):
@@ -101,11 +122,13 @@ class World(msgspec.Struct, frozen=True):
 
     detections_stamp_ns  of the detections in use
     points_map      (n, 2) obstacle cells that belong neither to fleet vehicles nor to tracks
+    is_low          (n,) bool: which of them are kerbs; empty: none is
     fleet_vehicles  fleet vehicles reported lately, extrapolated to stamp_ns
     presence        the newest camera report of each area
     tracks          tracked road users; predictions in the same order
     watched         the observation areas near the vehicle
     occupied_stops  ids of stops on which another vehicle stands
+    signs           traffic signs ahead, of stacks that look for them
     """
 
     stamp_ns: int
@@ -119,3 +142,5 @@ class World(msgspec.Struct, frozen=True):
     view: View = NO_VIEW
     watched: tuple[WatchedArea, ...] = ()
     occupied_stops: tuple[str, ...] = ()
+    signs: tuple[SeenSign, ...] = ()
+    is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))

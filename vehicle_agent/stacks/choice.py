@@ -18,11 +18,13 @@ from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.worker import CellsWorker, PerceptionWorker, TracksWorker
 from vehicle_agent.signals import PlanAnswer, PlanJob
-from vehicle_agent.stacks.rooms import height_map, point_perception
+from vehicle_agent.stacks.rooms import height_map, point_perception, sign_finder
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks with a motion planner beside the tick.
 PLANNING_STACKS = frozenset({"snow_lion"})
+# Stacks that read signs in scans.
+SIGN_READING_STACKS = frozenset({"gem"})
 # Stacks that can compare scans with a map beside the tick.
 LOCALIZING_STACKS = frozenset({"nus", "snow_lion"})
 
@@ -85,7 +87,8 @@ def worker_tracks(profile: Profile) -> bool:
 def build_perception_worker(profile: Profile) -> PerceptionWorker:
     """What makes percepts of the vehicle's scans, beside the tick."""
     if not worker_tracks(profile):
-        return CellsWorker(height_map(profile))
+        reads_signs = profile.stack in SIGN_READING_STACKS
+        return CellsWorker(height_map(profile), sign_finder(profile) if reads_signs else None)
     return TracksWorker(point_perception(profile))
 
 

@@ -11,7 +11,9 @@ from vehicle_agent.config import Profile, ProfileError
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
+from vehicle_agent.perception.signs.reading import SignReadingPerception
 from vehicle_agent.planning.waypoint.recorded import RecordedWay
+from vehicle_agent.planning.waypoint.signs import SignRule
 from vehicle_agent.stacks.rooms import (
     announcer,
     cells,
@@ -32,11 +34,13 @@ def gem(profile: Profile, road_map: RoadMap) -> Car:
     return Car(
         can=codec_of(profile),
         localization=GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile)),
-        perception=cells(profile),
+        perception=SignReadingPerception(cells(profile)),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),
         planning=msgspec.structs.replace(
-            waypoint_planning(profile), recorded=recorded_waypoints(profile, road_map)
+            waypoint_planning(profile),
+            recorded=recorded_waypoints(profile, road_map),
+            signs=SignRule(body.front_overhang_m, side=profile.signalling.kerb),
         ),
         control=waypoint_control(profile),
         guard=guard(profile),

@@ -26,6 +26,8 @@ from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.signs.boards import SignFinder
+from vehicle_agent.perception.signs.stages import SignStages
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
@@ -57,6 +59,15 @@ def smoothing(profile: Profile) -> AlphaBetaTracker:
     if profile.has_tracker:
         return AlphaBetaTracker()
     return AlphaBetaTracker(position_gain=1.0, velocity_gain=1.0)
+
+
+def sign_finder(profile: Profile) -> SignFinder:
+    """The finder of signs for the profile's lidar, for the worker."""
+    lidar = profile.lidar
+    step_rad = 2.0 * math.pi / max(1, lidar.columns)
+    return SignFinder(
+        SignStages(x_m=lidar.x_m, z_m=lidar.z_m, intensity_min=lidar.retro_intensity_min, step_ratio=step_rad)
+    )
 
 
 def announcer(profile: Profile, road_map: RoadMap | None = None) -> Announcer:

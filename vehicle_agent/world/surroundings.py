@@ -7,7 +7,7 @@ from typing import TypeVar
 import msgspec
 import numpy as np
 
-from contract.geometry import Array, Pose2, inverse, transform_points
+from contract.geometry import Array, BoolArray, Pose2, inverse, transform_points
 from vehicle_agent.signals import (
     Detections,
     Ego,
@@ -25,12 +25,14 @@ class SurroundingsState(msgspec.Struct, frozen=True):
     """What the world model remembers: the latest report of each fleet vehicle and observation area.
 
     filtered_points  the obstacle cells of `filtered_ns` that do not belong to a fleet vehicle
+    filtered_low     (n,) which of them are kerbs
     """
 
     fleet_vehicles: tuple[FleetVehicle, ...]
     presence: tuple[PedestrianPresence, ...]
     filtered_ns: int
     filtered_points: np.ndarray
+    filtered_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
 
 
 class Surroundings(msgspec.Struct, frozen=True):
@@ -64,11 +66,13 @@ class Surroundings(msgspec.Struct, frozen=True):
                 _take_newer(presence, message, now_ns)
         recent = _recent(fleet_vehicles, now_ns - self.fleet_age_ns_max)
         recent_presence = _recent(presence, now_ns - self.presence_age_ns_max)
-        points = state.filtered_points
+        points, is_low = state.filtered_points, state.filtered_low
         if detections.stamp_ns != state.filtered_ns:
-            points = self._without_fleet_vehicles(
+            kept = self._outside_fleet_vehicles(
                 detections.points_map, [_extrapolated(vehicle, detections.stamp_ns) for vehicle in recent]
             )
+            points = detections.points_map[kept]
+            is_low = detections.is_low[kept] if len(detections.is_low) == len(kept) else np.empty(0, np.bool_)
         world = World(
             stamp_ns=now_ns,
             detections_stamp_ns=detections.stamp_ns,
@@ -77,11 +81,14 @@ class Surroundings(msgspec.Struct, frozen=True):
             presence=recent_presence,
             blind=detections.blind,
             tracks=detections.tracks,
+            signs=detections.signs,
+            is_low=is_low,
         )
-        return world, SurroundingsState(recent, recent_presence, detections.stamp_ns, points)
+        return world, SurroundingsState(recent, recent_presence, detections.stamp_ns, points, is_low)
 
-    def _without_fleet_vehicles(self, points_map: Array, vehicles: list[FleetVehicle]) -> Array:
-        keep = np.ones(len(points_map), np.bool_)
+    def _outside_fleet_vehicles(self, points_map: Array, vehicles: list[FleetVehicle]) -> BoolArray:
+        """(n,) which cells belong to no fleet vehicle."""
+        keep: BoolArray = np.ones(len(points_map), np.bool_)
         margin_m = self.fleet_margin_m
         for vehicle in vehicles:
             points = transform_points(inverse(vehicle.pose_map), points_map)
@@ -90,8 +97,7 @@ class Surroundings(msgspec.Struct, frozen=True):
                 & (points[:, 0] <= self.body_front_m + margin_m)
                 & (np.abs(points[:, 1]) <= self.body_half_width_m + margin_m)
             )
-        remaining: Array = points_map[keep]
-        return remaining
+        return keep
 
 
 def _recent(reports: Mapping[str, Report], since_ns: int) -> tuple[Report, ...]:

@@ -82,6 +82,7 @@ def _without_dangling(road_map: RoadMap, _: str) -> RoadMap:
             for area in road_map.observation_areas
         ),
         no_stopping_zones=tuple(zone for zone in road_map.no_stopping_zones if zone.lane_id in lanes),
+        signs=tuple(sign for sign in road_map.signs if sign.lane_id in lanes),
         timetable=tuple(
             trip for trip in road_map.timetable if all(stop_id in stop_ids for stop_id, _ in trip.calls)
         ),
@@ -125,6 +126,10 @@ def _on_the_lane(road_map: RoadMap, where: str) -> RoadMap:
             if area.area_id == where
             else area
             for area in road_map.observation_areas
+        ),
+        signs=tuple(
+            replace(one, s_m=within(one.lane_id, one.s_m, 0.0, 0.0)) if one.sign_id == where else one
+            for one in road_map.signs
         ),
     )
 

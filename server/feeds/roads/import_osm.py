@@ -37,6 +37,7 @@ from server.feeds.roads.osm.way_segments import RoadPlan, WaySegment, drivable_s
 from server.feeds.roads.places.areas import observation_areas
 from server.feeds.roads.places.parking import tag_parking
 from server.feeds.roads.places.resting import resting_places
+from server.feeds.roads.places.signs import road_signs
 from server.feeds.roads.places.stops import place_stops
 
 _FEWEST_STOPS = 2
@@ -191,6 +192,7 @@ def _finish(
     stops = place_stops(data, frame, found, drafts, options.names_en, log, left_hand=options.left_hand)
     if len(stops) < _FEWEST_STOPS:
         raise MapError("no_stops", "no room for two stops on the roads that are left; export a larger area")
+    areas = observation_areas(data, frame, drafts)
     road_map = RoadMap(
         campus_id=options.campus_id,
         name=options.name,
@@ -202,7 +204,8 @@ def _finish(
         buildings=obstacles(found, drafts, log),
         timezone=options.timezone,
         attribution=options.attribution,
-        observation_areas=observation_areas(data, frame, drafts),
+        observation_areas=areas,
+        signs=road_signs(data, frame, drafts, areas, left_hand=options.left_hand),
     )
     road_map = _with_resting_places(road_map, log)
     # Only now: nobody should rest before the way out of a car park.

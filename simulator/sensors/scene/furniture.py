@@ -4,12 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contract.geometry import Array
-from contract.roads.model import Building
+from contract.roads.model import RoadMap
 from simulator.sensors.scene import shapes
 from simulator.sensors.scene.changes import WorldChanges
 from simulator.sensors.scene.ground import Ground
 from simulator.sensors.scene.mesh import PackedMesh
 from simulator.sensors.scene.placement import Footprint, RoadSide
+from simulator.sensors.scene.sign_boards import sign_on_post, sign_poses
 
 _BAY = Footprint(1.25, 2.7, 1.05)
 _TRUCK_BAY = Footprint(1.5, 4.0, 1.3)
@@ -20,6 +21,8 @@ _TREE = Footprint(1.6, 0.3, 0.3)
 _FAR_TREE = Footprint(6.0, 0.4, 0.4)
 _HEDGE = Footprint(2.6, 1.0, 0.4)
 _WORKS = Footprint(2.2, 4.2, 1.6)
+# In front of a sign nothing stands that would hide it.
+_SIGN_VIEW = Footprint(0.0, 4.0, 0.6)
 
 
 class Furniture:
@@ -29,14 +32,13 @@ class Furniture:
     parked       (k, 6) x, y, yaw, length, width, height of the parked cars and trucks
     """
 
-    def __init__(
-        self, ground: Ground, buildings: tuple[Building, ...], seed: int, changes: WorldChanges
-    ) -> None:
-        """buildings: of the map, so that what the world's buildings lost or gained moves nothing else."""
+    def __init__(self, ground: Ground, road_map: RoadMap, seed: int, changes: WorldChanges) -> None:
+        """road_map: its buildings count, so that what the world's lost or gained moves nothing else."""
         self._ground, self._seed = ground, seed
         self.parts: list[PackedMesh] = []
         self.objects = 0
-        roadside = RoadSide(ground, buildings)
+        roadside = RoadSide(ground, road_map.buildings)
+        self._road_signs(road_map, roadside)
         rng = self._rng("places")
         # Building sites and parking places keep their ground free, whether they are taken or not.
         sites = roadside.place(roadside.every(45.0, rng), _WORKS, straight=True)
@@ -52,6 +54,15 @@ class Furniture:
 
     def _rng(self, name: str) -> np.random.Generator:
         return np.random.default_rng([self._seed, *name.encode()])
+
+    def _road_signs(self, road_map: RoadMap, roadside: RoadSide) -> None:
+        """The map's signs come first: what else stands beside the road leaves them free."""
+        poses = sign_poses(road_map, self._ground)
+        roadside.take(poses, _SIGN_VIEW)
+        rng = self._rng("road signs")
+        for kind in ("stop", "yield"):
+            chosen = [sign.kind == kind for sign in road_map.signs]
+            self._add(sign_on_post(kind), poses[np.array(chosen, dtype=np.bool_)], rng, 0.0)
 
     def _posts(self, roadside: RoadSide) -> None:
         rng = self._rng("posts")

@@ -81,17 +81,24 @@ class RoadSide:
         ] = False
         offsets = self._offsets(footprint)
         for i in np.flatnonzero(is_free):
-            x, y, yaw = poses[i]
-            cos, sin = math.cos(yaw), math.sin(yaw)
-            px = x + cos * offsets[:, 0] - sin * offsets[:, 1]
-            py = y + sin * offsets[:, 0] + cos * offsets[:, 1]
-            columns = ((px - self._ground.corner[0]) / _RASTER_M).astype(np.int64)
-            rows = ((py - self._ground.corner[1]) / _RASTER_M).astype(np.int64)
-            if self._taken[rows, columns].any() or self._ground.inside_at(px, py).max() > -0.05:
+            px, py = _moved(poses[i], offsets)
+            cells = self._cells(px, py)
+            if self._taken[cells].any() or self._ground.inside_at(px, py).max() > -0.05:
                 is_free[i] = False
                 continue
-            self._taken[rows, columns] = True
+            self._taken[cells] = True
         return poses[is_free]
+
+    def take(self, poses: Array, footprint: Footprint) -> None:
+        """The ground of what has its place already, poses (n, 3)."""
+        offsets = self._offsets(footprint)
+        for pose in poses:
+            self._taken[self._cells(*_moved(pose, offsets))] = True
+
+    def _cells(self, x: Array, y: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        columns = ((x - self._ground.corner[0]) / _RASTER_M).astype(np.int64)
+        rows = ((y - self._ground.corner[1]) / _RASTER_M).astype(np.int64)
+        return rows, columns
 
     @staticmethod
     def _offsets(footprint: Footprint) -> Array:
@@ -100,3 +107,10 @@ class RoadSide:
             -footprint.half_across_m, footprint.half_across_m, 2 + int(4 * footprint.half_across_m)
         )
         return np.column_stack([axis.ravel() for axis in np.meshgrid(along, across)])
+
+
+def _moved(pose: Array, offsets: Array) -> tuple[Array, Array]:
+    """((n,), (n,)) x and y of offsets (n, 2) from a pose (3,)."""
+    x, y, yaw = pose
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return x + cos * offsets[:, 0] - sin * offsets[:, 1], y + sin * offsets[:, 0] + cos * offsets[:, 1]

@@ -1,5 +1,6 @@
 """One scene of everything that stands still, for all vehicles of a world."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,21 +81,25 @@ class StaticScene(CastScene):
         seed: int,
         changes: WorldChanges | None = None,
         ground: GroundParams | None = None,
+        placed: Sequence[PackedMesh] = (),
         *,
         is_furnished: bool = True,
     ) -> None:
-        """is_furnished: False for ground and buildings alone. Raises SceneError for a map without lanes."""
+        """placed: what stands there besides, map frame; is_furnished: False for ground and buildings alone.
+
+        Raises SceneError for a map without lanes.
+        """
         self.changes = changes or WorldChanges()
         self.ground = Ground(road_map, seed, ground)
         self.buildings = altered_buildings(road_map.buildings, self.changes)
         mesh = Mesh()
         add_ground(mesh, self.ground)
         add_buildings(mesh, self.ground, self.buildings, seed)
-        parts = [mesh.packed()]
+        parts = [mesh.packed(), *placed]
         self.sway_phases: NDArray[np.float32] = np.zeros(1, np.float32)
         self.parked: Array = np.empty((0, 6))
         if is_furnished:
-            furniture = Furniture(self.ground, road_map.buildings, seed, self.changes)
+            furniture = Furniture(self.ground, road_map, seed, self.changes)
             self.sway_phases, self.parked = furniture.sway_phases, furniture.parked
             parts += furniture.parts
         super().__init__(joined(parts))

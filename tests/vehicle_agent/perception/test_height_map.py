@@ -55,11 +55,55 @@ def test_a_person_is_found_where_he_stands(distance_m: float, bearing_rad: float
     assert away.max() < 0.6, "nothing but the person"
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.05, -0.05])
+@pytest.mark.parametrize("slope", [0.0, 0.05, -0.05, 0.12, -0.12])
 def test_ground_is_no_obstacle_level_or_sloping(slope: float) -> None:
     percept = percept_from_scan(a_scan([], slope), 1, PARAMS)
     assert percept.points_used > 1000
     assert len(percept.cells_base) == 0
+
+
+@pytest.mark.parametrize(
+    ("slope", "distance_m"), [(0.12, 8.0), (0.12, 14.0), (0.12, 18.0), (-0.12, 14.0), (-0.12, 18.0)]
+)
+def test_a_person_is_found_on_a_steep_road(slope: float, distance_m: float) -> None:
+    x = 3.5 + distance_m
+    percept = percept_from_scan(a_scan([(x, 0.0, 0.5, 1.7)], slope), 1, PARAMS)
+    away = np.hypot(percept.cells_base[:, 0] - x, percept.cells_base[:, 1])
+    assert len(away) > 0
+    assert away.max() < 0.6, "nothing but the person"
+
+
+def test_a_branch_over_a_road_that_leads_down_is_above_the_shuttle() -> None:
+    road = [[15.0 + 0.3 * k, 0.0, -0.1 * (15.0 + 0.3 * k)] for k in range(8)]
+    branch = [[16.0, 0.0, 1.2], [16.1, 0.0, 1.5]]
+    assert percept_from_scan(np.array(road + branch, np.float32), 1, PARAMS).points_used == len(road)
+
+
+def a_step(height_m: float, on_top: tuple[float, ...] = ()) -> np.ndarray:
+    """A kerb along x at y = 2.1 with pavement behind it, and what stands on it at x = 8.1."""
+    xs = np.arange(7.0, 9.0, 0.05)
+    parts = [np.column_stack((xs, np.full(len(xs), 2.05), np.zeros(len(xs))))]
+    parts += [np.column_stack((xs, np.full(len(xs), y), np.full(len(xs), height_m))) for y in (2.12, 2.4)]
+    parts.append(np.array([[8.1, 2.2, z] for z in on_top]).reshape(-1, 3))
+    step: np.ndarray = np.vstack(parts).astype(np.float32)
+    return step
+
+
+def test_a_kerb_is_a_low_obstacle_and_what_stands_on_it_is_none() -> None:
+    kerb = percept_from_scan(a_step(0.12), 1, PARAMS)
+    assert len(kerb.cells_base) >= 7
+    assert kerb.is_low.all()
+    post = percept_from_scan(a_step(0.12, (0.5, 0.9)), 1, PARAMS)
+    near = np.abs(post.cells_base[:, 0] - 8.1) < 0.3
+    assert not post.is_low[near].any()
+    assert post.is_low[~near].any()
+
+
+@pytest.mark.parametrize(("height_m", "is_low"), [(0.08, True), (0.17, True), (0.2, False), (0.3, False)])
+def test_only_steps_that_a_body_passes_over_are_kerbs(height_m: float, is_low: bool) -> None:
+    percept = percept_from_scan(a_step(height_m), 1, PARAMS)
+    assert len(percept.cells_base)
+    assert bool(percept.is_low.all()) == is_low
 
 
 def test_what_is_above_the_shuttle_does_not_count() -> None:
@@ -146,8 +190,8 @@ def test_the_map_ends_where_it_should_and_what_is_just_inside_counts() -> None:
 
     assert used((34.9, 0.0, 0.5), (-11.9, 0.0, 0.5), (8.0, 14.9, 0.5), (8.0, -14.9, 0.5)) == 4
     assert used((35.1, 0.0, 0.5), (-12.1, 0.0, 0.5), (8.0, 15.1, 0.5), (8.0, -15.1, 0.5)) == 0
-    assert used((8.0, 0.0, 2.39), (8.0, 0.0, -0.99)) == 2
-    assert used((8.0, 0.0, 2.41), (8.0, 0.0, -1.01)) == 0
+    assert used((5.0, 0.0, 2.39)) == used((5.0, 0.0, -0.99)) == 1
+    assert used((5.0, 0.0, 2.41)) == used((5.0, 0.0, -1.01)) == 0
     assert used((3.55, 0.0, 0.5), (-0.9, 0.0, 0.5), (1.0, 0.9, 0.5), (1.0, -0.9, 0.5)) == 0, "the body"
     assert used((3.65, 0.0, 0.5), (-1.0, 0.0, 0.5), (1.0, 0.93, 0.5), (1.0, -0.93, 0.5)) == 4
 

@@ -20,6 +20,7 @@ class ObstacleRule(msgspec.Struct, frozen=True):
     check_m_fixed      how far the path is checked; 0 means 5 (v + 1), where the rule reaches the speed v
     along              "line": sweep the route ahead, and the present steering arc for `arc_m`;
                        "arc": the present steering arc alone, as in the paper
+    low_clearance_m    clearance to kerbs: the body may pass beside them, and its wheels must not meet them
     passing_*          speed past obstacles beside the path
     """
 
@@ -32,6 +33,7 @@ class ObstacleRule(msgspec.Struct, frozen=True):
     stop_m: float = 5.0
     clearance_m: float = 0.4
     side_clearance_m: float = 0.15
+    low_clearance_m: float = 0.05
     check_m_fixed: float = 0.0
     along: str = "line"
     arc_m: float = 2.0

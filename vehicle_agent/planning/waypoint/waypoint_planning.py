@@ -22,6 +22,7 @@ from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, sweep_arc, sweep_line
 from vehicle_agent.planning.waypoint.recorded import RecordedWay, waypoints_on_line
 from vehicle_agent.planning.waypoint.selector import SpeedCommand, lowest
+from vehicle_agent.planning.waypoint.signs import SignMemory, SignRule
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules, Waypoints, waypoints_from_line
 from vehicle_agent.signals import Ego, Path, PlanAnswer, PlanJob, Task, World
 
@@ -46,6 +47,7 @@ class WaypointPlanningState(WaypointState, frozen=True):
 
     check: PathCheck = PathCheck()
     covered_m: float = math.inf
+    signs: SignMemory = SignMemory()
 
 
 class WaypointPlanning(msgspec.Struct, frozen=True):
@@ -53,6 +55,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
 
     recorded        a recorded way to drive instead of the map's lines; an order that it does not cover is not
                     driven ("no_plan")
+    signs           None: signs are not obeyed
     look_every      ticks between looks along the path when no new scan comes
     delay_s         how far ahead in time speeds are read from the waypoints
     """
@@ -63,6 +66,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
     approach: Approach = Approach()
     patience: ResumeRule = ResumeRule()
     recorded: RecordedWay | None = None
+    signs: SignRule | None = None
     look_every: int = 5
     delay_s: float = 0.25
     ahead_m: float = 30.0
@@ -98,7 +102,7 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
                 covered_m=covered_m,
             )
         state = self._look(state, ego, world, task)
-        return self._path(state, ego, world, task), state
+        return self._path(state, ego, world, task)
 
     def _waypoints(self, line: ReferenceLine, s_m: float) -> tuple[Waypoints, float]:
         """(the waypoints along a line from s_m on, how far they can be driven)."""
@@ -118,12 +122,15 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         return msgspec.structs.replace(state, check=check, yielding=yielding, clear=clear)
 
     def _check(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> PathCheck:
-        rule, points = self.obstacle, world.points_map
+        rule, points, kerbs = self.obstacle, world.points_map, world.points_map[:0]
+        if len(world.is_low) == len(points):
+            points, kerbs = points[~world.is_low], points[world.is_low]
         check_m = rule.check_m(max(self.waypoints.speed_mps_max, ego.speed_mps))
         beside_m = math.inf
         if rule.along == "arc":
             arc = sweep_arc(ego.pose_map, ego.steer_rad, rule.wheelbase_m, check_m)
             free_m = rule.free_m(points, arc, rule.clearance_m)
+            free_m = min(free_m, rule.free_m(kerbs, arc, rule.low_clearance_m))
         else:
             waypoints = state.waypoints
             line = sweep_line(waypoints.points_map, waypoints.s_m, task.s_m, task.d_m, check_m)
@@ -132,15 +139,24 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
             free_m = min(
                 rule.free_m(points, line, rule.clearance_m), rule.free_m(points, arc, rule.side_clearance_m)
             )
+            free_m = min(free_m, rule.free_m(kerbs, line, rule.low_clearance_m))
             beside_m = rule.free_m(points, line, rule.passing_clearance_m)
         free_m = free_m if free_m <= check_m else math.inf
         return PathCheck(world.detections_stamp_ns, state.odometer_m, free_m, beside_m)
 
-    def _path(self, state: WaypointPlanningState, ego: Ego, world: World, task: Task) -> Path:
+    def _path(
+        self, state: WaypointPlanningState, ego: Ego, world: World, task: Task
+    ) -> tuple[Path, WaypointPlanningState]:
         since_m = state.odometer_m - state.check.odometer_m
         free_m = max(0.0, state.check.free_m - since_m)
-        command = lowest(self._commands(state, ego, world, task, free_m))
-        return path_along(state.waypoints, ego, task, command, free_m, self.ahead_m)
+        commands = self._commands(state, ego, world, task, free_m)
+        if self.signs is not None and (world.signs or state.signs.sign_id):
+            for_signs, signs = self.signs.step(
+                state.signs, world, state.waypoints, task, ego, self.approach, free_m
+            )
+            commands += for_signs
+            state = msgspec.structs.replace(state, signs=signs)
+        return path_along(state.waypoints, ego, task, lowest(commands), free_m, self.ahead_m), state
 
     def _commands(
         self, state: WaypointPlanningState, ego: Ego, world: World, task: Task, free_m: float

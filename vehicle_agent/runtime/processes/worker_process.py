@@ -21,7 +21,7 @@ RETRY_NS = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class ScannedVehicle:
-    """mail: the folder of the vehicle's mailboxes."""
+    """mail: the folder of the vehicle's mailboxes. signs: None for a stack that reads no signs."""
 
     vehicle_id: str
     mail: Path
@@ -70,6 +70,12 @@ class _Feed:
         # The gate gets percepts directly, so that an error of the tick does not reach it.
         for reader in ("tick", "gate"):
             self.mailbox.post(self.vehicle.mail / reader, deliveries)
+        # After the obstacles, which are waited for more urgently.
+        signs = self.vehicle.perception.signs(rows, ready.stamp_ns)
+        if signs:
+            now_ns = self._clock.now_ns()
+            read = Deliveries(tuple(Delivery(now_ns, "worker", percept) for percept in signs))
+            self.mailbox.post(self.vehicle.mail / "tick", read)
 
     def close(self) -> None:
         self.port.close()

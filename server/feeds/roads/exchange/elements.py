@@ -24,6 +24,7 @@ from contract.roads.model import (
     Origin,
     RestingPlace,
     RoadMap,
+    RoadSign,
     Stop,
     TimetableTrip,
 )
@@ -102,6 +103,8 @@ def elements_of(road_map: RoadMap) -> Iterator[Element]:
         yield Element("no_stopping_zone", "line", stretch, _fields(zone))
     for kerb in road_map.kerbs:
         yield Element("kerb", "line", np.array(kerb.points, dtype=np.float64), _fields(kerb, "points"))
+    for sign in road_map.signs:
+        yield Element("sign", "point", _place(lines, sign.lane_id, sign.s_m), _fields(sign))
     for building in road_map.buildings:
         outline = np.array(building.outline, dtype=np.float64)
         yield Element("building", "polygon", outline, _fields(building, "outline"))
@@ -147,6 +150,7 @@ def map_of(header: Header, elements: Iterable[Element], log: ImportLog) -> RoadM
         ),
         no_stopping_zones=tuple(_zone(e, ground, log) for e in by_kind.get("no_stopping_zone", ())),
         kerbs=tuple(_read(e, Kerb, points=_pairs(e.points)) for e in by_kind.get("kerb", ())),
+        signs=tuple(_placed(e, RoadSign, ground, log) for e in by_kind.get("sign", ())),
     )
     return derived(road_map, log)
 

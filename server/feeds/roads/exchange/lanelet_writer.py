@@ -31,6 +31,7 @@ _WAY_TAGS: Mapping[str, Mapping[str, str]] = {
 _NODE_TAGS: Mapping[str, Mapping[str, str]] = {
     "stop": {"highway": "bus_stop"},
     "resting_place": {"amenity": "parking_space"},
+    "sign": {"type": "traffic_sign"},
 }
 _AREA_TYPES = {"crossing": "crosswalk_polygon", "intersection": "intersection_area"}
 

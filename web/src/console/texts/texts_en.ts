@@ -277,6 +277,8 @@ export const en = {
     implausible_prediction: "people whose path is unclear",
     stop: "its stop ahead",
     stop_occupied: "another shuttle at its stop",
+    stop_sign: "a stop sign",
+    yield_sign: "a yield sign",
     section: "a road that is not granted yet",
     crossing: "a crossing",
     crossing_traffic: "crossing traffic",

@@ -249,6 +249,8 @@ export const zh: ConsoleTexts = {
     implausible_prediction: "行人动向不明",
     stop: "前方停靠点",
     stop_occupied: "停靠点被占用",
+    stop_sign: "停车让行标志",
+    yield_sign: "减速让行标志",
     section: "路段尚未授权",
     crossing: "人行横道",
     crossing_traffic: "横向来车来人",

@@ -52,6 +52,8 @@ export const en = {
     implausible_prediction: "people whose way is unclear",
     stop: "the stop ahead",
     stop_occupied: "a shuttle at the stop",
+    stop_sign: "a stop sign",
+    yield_sign: "a yield sign",
     section: "a road used by another shuttle",
     crossing: "a crossing",
     crossing_traffic: "crossing traffic",

@@ -50,6 +50,8 @@ export const zh: Texts = {
     implausible_prediction: "行人动向不明",
     stop: "前方停靠点",
     stop_occupied: "停靠点被占用",
+    stop_sign: "停车让行标志",
+    yield_sign: "减速让行标志",
     section: "其他班车占用的路段",
     crossing: "人行横道",
     crossing_traffic: "横向来车来人",

@@ -4360,7 +4360,7 @@ export interface components {
          */
         DrivingView: {
             /** @default null */
-            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding") | null;
+            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "stop_sign" | "waypoint_speed" | "yield_sign" | "yielding") | null;
             /** @default [] */
             path: number[];
             /** @default [] */
@@ -5079,7 +5079,7 @@ export interface components {
             number,
             number,
             number,
-            "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding"
+            "acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "stop_sign" | "waypoint_speed" | "yield_sign" | "yielding"
         ];
         /** LocalizationMapDetails */
         LocalizationMapDetails: {
@@ -5735,7 +5735,7 @@ export interface components {
             /** @default 0 */
             points_age_s: number;
             /** @default null */
-            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "waypoint_speed" | "yielding") | null;
+            limited_by: ("acceleration" | "blind" | "blocked" | "cost_map" | "crossing" | "crossing_traffic" | "curve" | "dwell" | "emergency" | "footprint" | "gap" | "hold" | "idle" | "implausible_prediction" | "infeasible" | "no_order" | "no_plan" | "no_position" | "obstacle" | "occlusion" | "passing" | "pedestrian_clearance" | "poor_position" | "reported_pedestrians" | "scenario" | "section" | "speed_limit" | "steering" | "stop" | "stop_occupied" | "stop_sign" | "waypoint_speed" | "yield_sign" | "yielding") | null;
             /** @default 0 */
             speed_mps_planned: number;
             /** @default  */

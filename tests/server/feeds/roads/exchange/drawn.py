@@ -5,12 +5,12 @@ import math
 from msgspec.structs import replace
 
 from contract.roads.load import with_version
-from contract.roads.model import Kerb, NoStoppingZone, RoadMap
+from contract.roads.model import Kerb, NoStoppingZone, RoadMap, RoadSign
 from contract.roads.network import RoadNetwork
 
 
 def with_drawn(road_map: RoadMap, zone: tuple[float, float], kerb_name: str) -> RoadMap:
-    """The map with a no-stopping zone on the first lane without stops, and a kerb far from all lanes."""
+    """The map with a no-stopping zone and a sign on the first lane without stops, and a kerb far from all."""
     used = {stop.lane_id for stop in road_map.stops} | {place.lane_id for place in road_map.resting_places}
     network = RoadNetwork(road_map)
     lane = next(lane for lane in road_map.lanes if lane.lane_id not in used and lane.kind == "road")
@@ -18,7 +18,8 @@ def with_drawn(road_map: RoadMap, zone: tuple[float, float], kerb_name: str) -> 
     begin, end = sorted(share * length_m for share in zone)
     zones = (NoStoppingZone("zone-1", lane.lane_id, begin, end),) if begin < end else ()
     kerbs = (Kerb(kerb_name, ((2000.0, 2000.0), (2010.5, 2003.25), (2020.0, 1999.0))),)
-    return with_version(replace(road_map, no_stopping_zones=zones, kerbs=kerbs))
+    signs = (RoadSign("sign-1", "yield", lane.lane_id, round(0.5 * length_m, 3), "left"),)
+    return with_version(replace(road_map, no_stopping_zones=zones, kerbs=kerbs, signs=signs))
 
 
 def farthest_m(one: RoadMap, other: RoadMap) -> float:
@@ -47,6 +48,7 @@ def places_of(road_map: RoadMap) -> dict[str, list[tuple[float, float]]]:
         for zone in road_map.no_stopping_zones
     }
     places |= {f"kerb {kerb.kerb_id}": list(kerb.points) for kerb in road_map.kerbs}
+    places |= {f"sign {sign.sign_id}": [at(sign.lane_id, sign.s_m)] for sign in road_map.signs}
     places |= {f"building {k}": list(one.outline) for k, one in enumerate(road_map.buildings)}
     return places
 

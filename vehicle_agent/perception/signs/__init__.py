@@ -1,0 +1,1 @@
+"""Traffic signs by their retro-reflective boards: five stages on each scan (GEM, section VI), then tracks."""
