@@ -43,7 +43,7 @@ class SignRule(msgspec.Struct, frozen=True):
     facing_rad_max   between the board's normal and the way back along the line: other signs are for others
     before_m         the bumper stands so far before the board
     passed_m         a bumper this far beyond has passed the sign
-    near_m, stand_s  it stands for so long, so near to the place, and then goes on when the path is free
+    stand_s          it stands for so long, so near to the place, and then goes on when the path is free
     resume_m         free path for that
     decel_mps2_min   an early named sign does not make the vehicle creep
     decel_mps2_max   the hardest braking for a sign that is named late
@@ -57,7 +57,6 @@ class SignRule(msgspec.Struct, frozen=True):
     facing_rad_max: float = 0.6
     before_m: float = 1.0
     passed_m: float = 2.5
-    near_m: float = 1.5
     stand_s: float = 2.0
     resume_m: float = 8.0
     decel_mps2_min: float = 0.45
@@ -112,7 +111,7 @@ class SignRule(msgspec.Struct, frozen=True):
             return commands, memory
         braking = msgspec.structs.replace(approach, decel_mps2=memory.decel_mps2)
         commands.append(braking.command(stop.gap_m, ego.speed_mps, "stop_sign"))
-        stands = abs(ego.speed_mps) < _STANDING_MPS and abs(stop.gap_m) <= max(self.near_m, self.passed_m)
+        stands = abs(ego.speed_mps) < _STANDING_MPS and abs(stop.gap_m) <= self.passed_m
         if not stands:
             return commands, msgspec.structs.replace(memory, standing_ns=0)
         since_ns = memory.standing_ns or ego.stamp_ns
