@@ -80,7 +80,7 @@ def _by_rule(
 ) -> list[RoadSign]:
     limits = {lane_id: by_id[lane_id].speed_limit_mps for lane_id, _ in area.stop_lines}
     highest_mps = max(limits.values())
-    found = []
+    found: list[RoadSign] = []
     for lane_id, s_m in area.stop_lines:
         ratio = highest_mps / limits[lane_id]
         is_tagged = any(sign.lane_id == lane_id and abs(sign.s_m - s_m) < _SAME_M for sign in known)
