@@ -101,7 +101,10 @@ def simulate(
         return
     agents = localization is not Localization.GNSS or perception is not Perception.TRACKER
     if agents or point_map is not None or campus_sky:
-        _refuse(console, "agents localize and perceive; these options are for drives with --km")
+        _refuse(
+            console,
+            "agents localize the vehicles and find road users; these options are for drives with --km",
+        )
     if map_path is None:
         _refuse(console, "give a campus map: --map maps/shanghai-university/map.json")
     ensure_kernels(SIMULATOR)

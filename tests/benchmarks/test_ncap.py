@@ -15,7 +15,7 @@ PROFILE = Path("vehicle_agent/profiles/snow-lion.toml")
 def arguments(**changes: object) -> argparse.Namespace:
     values: dict[str, object] = {
         "profile": PROFILE, "every": 1, "seed": 1, "plants": "random", "plant_seed": None,
-        "traces": None, "logs": None, "logs_of": "", "street_km": 1.0,
+        "traces": None, "logs": None, "logs_of": "", "street_km": 1.0, "perception": "tracker",
     }  # fmt: skip
     return argparse.Namespace(**(values | changes))
 
