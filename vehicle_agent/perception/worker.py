@@ -1,4 +1,4 @@
-"""What the perception worker makes of scans: cells alone, or cells and the tracks of road users.
+"""What the perception worker makes of scans: cells alone, or cells and tracks (`own_tracks`).
 
 The worker is a process beside the tick. Its percepts go to tick and gate alike.
 """
@@ -7,10 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from vehicle_agent.perception.dead_reckoning import ReckonedWay
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
-from vehicle_agent.perception.points.chain import PointPerception
-from vehicle_agent.perception.points.deskew import straightened
 from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.signals import Percept, SignPercept
 from vehicle_agent.signals.objects import EgoMotion
@@ -53,29 +50,3 @@ class CellsWorker:
         if self._sign_finder is None:
             return ()
         return (self._sign_finder.percept(rows[:, :3], rows[:, 3], stamp_ns),)
-
-
-class TracksWorker:
-    """Obstacle cells and tracks from the points alone, scan after scan."""
-
-    def __init__(self, perception: PointPerception) -> None:
-        self._perception = perception
-        self._way = ReckonedWay()
-        self._state = perception.initial()
-
-    def take(self, motion: EgoMotion) -> None:
-        self._way = self._way.with_motion(motion)
-
-    def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
-        newest = self._way.newest
-        points = np.ascontiguousarray(rows[:, :3])
-        if newest is not None:
-            points = straightened(points, rows[:, 4], newest.speed_mps, newest.yaw_rate_radps)
-        cells, tracks, self._state = self._perception.step(
-            self._state, points, rows[:, 3], stamp_ns, self._way.pose_odom(stamp_ns)
-        )
-        return (cells, tracks)
-
-    def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
-        del rows, stamp_ns
-        return ()

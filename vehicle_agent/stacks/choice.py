@@ -16,9 +16,9 @@ from vehicle_agent.localization.planar_map import stored_map as planar_map
 from vehicle_agent.localization.scan_map import stored_map as scan_map
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.perception.worker import CellsWorker, PerceptionWorker, TracksWorker
+from vehicle_agent.perception.worker import CellsWorker, PerceptionWorker
 from vehicle_agent.signals import PlanAnswer, PlanJob
-from vehicle_agent.stacks.rooms import height_map, point_perception, sign_finder
+from vehicle_agent.stacks.rooms import height_map, sign_finder
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks with a motion planner beside the tick.
@@ -85,11 +85,13 @@ def worker_tracks(profile: Profile) -> bool:
 
 
 def build_perception_worker(profile: Profile) -> PerceptionWorker:
-    """What makes percepts of the vehicle's scans, beside the tick."""
+    """What makes percepts of the vehicle's scans, beside the tick. Raises DetectorFileError."""
     if not worker_tracks(profile):
         reads_signs = profile.stack in SIGN_READING_STACKS
         return CellsWorker(height_map(profile), sign_finder(profile) if reads_signs else None)
-    return TracksWorker(point_perception(profile))
+    from vehicle_agent.stacks.own_perception import tracks_worker
+
+    return tracks_worker(profile)
 
 
 def build_localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:

@@ -24,8 +24,6 @@ from vehicle_agent.mission.seat_button import StopRules
 from vehicle_agent.mission.sections import VehicleExtent
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
-from vehicle_agent.perception.points.chain import PointPerception
-from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.perception.signs.stages import SignStages
 from vehicle_agent.perception.tracker import AlphaBetaTracker
@@ -202,19 +200,6 @@ def height_map(profile: Profile) -> HeightMap:
         body_front_m=body.front_overhang_m,
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
-    )
-
-
-def point_perception(profile: Profile) -> PointPerception:
-    """What finds cells, objects and tracks in the lidars' points, for the worker."""
-    body = profile.body
-    return PointPerception(
-        PointGrid(
-            above_m=body.height_m + 0.1,
-            body_front_m=body.front_overhang_m,
-            body_back_m=body.rear_overhang_m,
-            body_half_width_m=0.5 * body.width_m,
-        )
     )
 
 

@@ -7,6 +7,7 @@ from contract.geometry import Pose2
 from vehicle_agent.perception.points.cells import percept_of, point_heights
 from vehicle_agent.perception.points.clusters import ClusterParams, objects_of_points
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.points.union import union
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.perception.tracking.tracks import ObjectTrackerState
 from vehicle_agent.signals import ObstaclePercept, TrackPercept
@@ -42,7 +43,7 @@ class PointPerception(msgspec.Struct, frozen=True):
         points_base  (n, 3) float32, base frame at stamp_ns, z from the ground under the rear axle
         intensities  (n,) as the lidars give them
         pose_map     of the vehicle at stamp_ns
-        network      objects that a detector found in the same scan: they take the place of clusters
+        network      objects that a detector found in the same scan: clusters in them are theirs
         Raises ValueError for points of another shape.
         """
         heights = point_heights(points_base, self.grid)
@@ -50,6 +51,6 @@ class PointPerception(msgspec.Struct, frozen=True):
         points = np.ascontiguousarray(points_base, dtype=np.float32)
         seen = objects_of_points(points, heights, stamp_ns, self.grid, self.clusters)
         if network is not None:
-            seen = network
+            seen = union(seen, network)
         tracks, state = self.tracker.step(state, seen, pose_map)
         return cells, tracks, state

@@ -1,0 +1,37 @@
+"""What finds road users in the scans of a vehicle's own lidars, built from the profile."""
+
+from vehicle_agent.config import Profile
+from vehicle_agent.perception.own_tracks import TracksWorker
+from vehicle_agent.perception.pillars.detector import PillarDetector
+from vehicle_agent.perception.points.chain import PointPerception
+from vehicle_agent.perception.points.grid import PointGrid
+
+
+def tracks_worker(profile: Profile) -> TracksWorker:
+    """Clusters, and for the Snow Lion the network, which has learned from its four lidars.
+
+    Raises DetectorFileError.
+    """
+    return TracksWorker(
+        point_perception(profile), detector(profile) if profile.stack == "snow_lion" else None
+    )
+
+
+def point_perception(profile: Profile) -> PointPerception:
+    """What finds cells, objects and tracks in the lidars' points, for the worker."""
+    body = profile.body
+    return PointPerception(
+        PointGrid(
+            above_m=body.height_m + 0.1,
+            body_front_m=body.front_overhang_m,
+            body_back_m=body.rear_overhang_m,
+            body_half_width_m=0.5 * body.width_m,
+        )
+    )
+
+
+def detector(profile: Profile) -> PillarDetector:
+    """The network that ships, for the vehicle's outline. Raises DetectorFileError."""
+    body, beside_m = profile.body, 0.25
+    rear_m, front_m = -body.rear_overhang_m - beside_m, body.front_overhang_m + beside_m
+    return PillarDetector(own_m=(rear_m, front_m, 0.5 * body.width_m + beside_m))
