@@ -34,5 +34,5 @@ def _inside(points: Array, poses: Array, sizes: Array) -> BoolArray:
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     along = np.abs(cos * apart[..., 0] + sin * apart[..., 1]) <= 0.5 * sizes[:, 0] + _MARGIN_M
     across = np.abs(-sin * apart[..., 0] + cos * apart[..., 1]) <= 0.5 * sizes[:, 1] + _MARGIN_M
-    inside: BoolArray = (along & across).any(axis=1)
+    inside: BoolArray = np.any(along & across, axis=1)
     return inside
