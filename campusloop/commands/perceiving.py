@@ -1,4 +1,4 @@
-"""Who finds road users for simulated shuttles: they in their scans, or a tracker of the truth with noise."""
+"""What finds road users for simulated shuttles: their own scans, or a tracker of the truth with noise."""
 
 from enum import StrEnum
 from pathlib import Path
