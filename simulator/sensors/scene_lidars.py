@@ -35,7 +35,7 @@ class SceneOptions:
 
     seed      of what is permanent: facades, trees, hills; the same campus for all runs
     four      four XT16 on each vehicle; otherwise only on those of the Snow Lion stack that find road users
-              by themselves: people 2 m beside the vehicle are below the rings of one on the roof. The rest have
+              by themselves: people 2 m beside the vehicle are below the rings of one on the roof. Others have
               the VLP-16 of their profile
     is_furnished  trees, posts and parked vehicles beside the roads
     """
