@@ -25,7 +25,6 @@ import numpy as np
 
 from benchmarks.perception.campus_sweeps import PERIOD_NS, CampusSweeps, Sweep
 from benchmarks.reporting.report import Row, RunReport
-from campusloop.scenes.detector_scenes.recording import own_outline
 from contract.geometry import Pose2, inverse, transform_points
 from contract.roads.load import load_map
 from simulator.sensors.lidars.mounts import four_lidars
@@ -39,6 +38,7 @@ from vehicle_agent.perception.points.deskew import straightened
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.signals import PEDESTRIAN, TrackPercept
 from vehicle_agent.signals.objects import SeenObjects
+from vehicle_agent.stacks.own_perception import own_outline
 
 _ROOT = Path(__file__).resolve().parents[2]
 _NEAR_M, _RETURNS_MIN, _SAME_M = 20.0, 10, 0.6

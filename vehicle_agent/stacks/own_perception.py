@@ -1,10 +1,13 @@
 """What finds road users in the scans of a vehicle's own lidars, built from the profile."""
 
-from vehicle_agent.config import Profile
+from vehicle_agent.config import Body, Profile
 from vehicle_agent.perception.own_tracks import TracksWorker
 from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+
+# The lidars on the corners stand out by so much.
+_OWN_M = 0.25
 
 
 def tracks_worker(profile: Profile) -> TracksWorker:
@@ -32,6 +35,13 @@ def point_perception(profile: Profile) -> PointPerception:
 
 def detector(profile: Profile) -> PillarDetector:
     """The network that ships, for the vehicle's outline. Raises DetectorFileError."""
-    body, beside_m = profile.body, 0.25
-    rear_m, front_m = -body.rear_overhang_m - beside_m, body.front_overhang_m + beside_m
-    return PillarDetector(own_m=(rear_m, front_m, 0.5 * body.width_m + beside_m))
+    return PillarDetector(own_m=own_outline(profile.body))
+
+
+def own_outline(body: Body) -> tuple[float, float, float]:
+    """Rear, front and half width of what the network takes for the own body's returns, base frame.
+
+    In training and on the vehicle alike.
+    """
+    rear_m, front_m, side_m = -body.rear_overhang_m, body.front_overhang_m, 0.5 * body.width_m
+    return rear_m - _OWN_M, front_m + _OWN_M, side_m + _OWN_M

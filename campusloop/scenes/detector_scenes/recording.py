@@ -26,6 +26,7 @@ from vehicle_agent.lidar.models import VLP16, XT32
 from vehicle_agent.perception.pillars.standing_points import standing_points
 from vehicle_agent.perception.pillars.sweeps import OLDER_NS
 from vehicle_agent.signals import CYCLIST, OTHER, PEDESTRIAN, VEHICLE
+from vehicle_agent.stacks.own_perception import own_outline
 from workshop.detector.labeled_scans import LabeledScan
 
 _TURN_NS = 100_000_000
@@ -34,8 +35,6 @@ _FLEET_FROM = 1_000_000
 _SPEED_STD_MPS, _YAW_RATE_STD_RADPS = 0.02, 0.003
 # Returns this near to a box's side belong to it; what moves is smeared along its way during a turn.
 _BESIDE_M = 0.1
-# The lidars on the corners stand out by so much.
-_OWN_M = 0.25
 _HEIGHTS_M = {PEDESTRIAN: PERSON_HEIGHT_M, CYCLIST: 1.75, VEHICLE: 1.48, OTHER: 1.0}
 _PLAIN_M = {PEDESTRIAN: (0.5, 0.5), CYCLIST: (1.75, 0.6), VEHICLE: (4.4, 1.8), OTHER: (0.5, 0.5)}
 
@@ -175,12 +174,6 @@ class SceneRecorder:
         boxes[:, 2] = np.angle(np.exp(1j * (boxes[:, 2] - pose_map[2])))
         near = np.abs(boxes[:, :2]).max(axis=1) < REACH_M
         return kinds[near], boxes[near]
-
-
-def own_outline(body: Body) -> tuple[float, float, float]:
-    """Rear, front and half width of what is taken for the own body's returns, base frame."""
-    rear, front, side = -body.rear_overhang_m, body.front_overhang_m, 0.5 * body.width_m
-    return rear - _OWN_M, front + _OWN_M, side + _OWN_M
 
 
 def hits_of(points: Array | Array32, boxes: Array) -> NDArray[np.int64]:
