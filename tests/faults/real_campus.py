@@ -61,17 +61,18 @@ class RealCampus:
         self._passengers = passengers
         self.states = states
         self.pair = nearest_pair(campus.road_map)
-        self._rides: list[asyncio.Task[Journey]] = []
+        self._rides: dict[int, asyncio.Task[Journey]] = {}
 
     def request_ride(self) -> Journey:
         journey = Journey(RideDemand(len(self._rides) + 1, 0.0, *self.pair, 1, "code"))
-        self._rides.append(asyncio.create_task(self._passengers.run_journey(journey)))
+        ride = asyncio.create_task(self._passengers.run_journey(journey))
+        self._rides[journey.demand.number] = ride
         return journey
 
     async def until(self, condition: Callable[[], bool], within_s: float = RIDE_WITHIN_S) -> None:
         deadline_s = time.monotonic() + within_s
         while not condition():
-            for ride in self._rides:
+            for ride in self._rides.values():
                 if ride.done():
                     ride.result()
             assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
@@ -87,12 +88,18 @@ class RealCampus:
             return
 
     async def until_state(self, journey: Journey, state: str, within_s: float = RIDE_WITHIN_S) -> None:
+        """The shuttle is resumed where it held itself; a passenger who was refused meanwhile asks again."""
         deadline_s = time.monotonic() + within_s
-        while journey.state != state and journey.state not in ENDED:
+        while journey.state != state and not self._is_over(journey):
             assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
             await self.keep_going()
             await asyncio.sleep(0.5)
         assert journey.state == state, (journey.history, journey.reason, self.logs())
+
+    def _is_over(self, journey: Journey) -> bool:
+        return journey.state in ENDED and (
+            journey.state != "refused" or self._rides[journey.demand.number].done()
+        )
 
     def kill(self, name: str) -> int:
         """SIGKILL; returns the pid that was killed."""
@@ -104,9 +111,9 @@ class RealCampus:
         await self.until(lambda: self.campus.pids.get(name, killed_pid) != killed_pid, 30.0)
 
     async def close(self) -> None:
-        for ride in self._rides:
+        for ride in self._rides.values():
             ride.cancel()
-        await asyncio.gather(*self._rides, return_exceptions=True)
+        await asyncio.gather(*self._rides.values(), return_exceptions=True)
 
     def logs(self) -> str:
         logs = sorted((self.campus.options.folder / "logs").glob("*.log"))
