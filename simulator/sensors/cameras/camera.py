@@ -13,7 +13,7 @@ from simulator.sensors.cameras.exposure import developed
 from simulator.sensors.cameras.light import DAY, Light
 from simulator.sensors.cameras.mounts import CameraMount
 from simulator.sensors.cameras.shading import LIGHT_COLUMNS, shade
-from simulator.sensors.scene.static_scene import Array32, CastScene, StaticScene
+from simulator.sensors.scene.static_scene import Array32, CastScene, RayTarget, StaticScene
 from vehicle_agent.signals.pictures import Picture, PinholeCamera
 
 _REACH_M = 300.0
@@ -41,7 +41,7 @@ class CameraSurroundings:
     """What moves around a camera at one moment: people, and the scene of everything on wheels."""
 
     people: ClothedPeople
-    vehicles: CastScene
+    vehicles: RayTarget
 
 
 class SceneCamera:
@@ -83,7 +83,7 @@ class SceneCamera:
         origin = T_map_camera[:3, 3].astype(np.float32)
         origins = np.broadcast_to(origin, (n, 3)).astype(np.float32)
         hit_m, triangles = self._scene.cast(origins, rays, np.full(n, _REACH_M, dtype=np.float32))
-        scenes: list[tuple[CastScene, Array32]] = [
+        scenes: list[tuple[RayTarget, Array32]] = [
             (self._scene, self._colours),
             (around.vehicles, _colours_of(around.vehicles)),
             (around.people.scene, around.people.colours),
@@ -114,7 +114,7 @@ class SceneCamera:
         hit_m: Array32,
         triangles: NDArray[np.int32],
         owner: NDArray[np.int8],
-        scenes: list[tuple[CastScene, Array32]],
+        scenes: list[tuple[RayTarget, Array32]],
         around: CameraSurroundings,
     ) -> NDArray[np.bool_]:
         """(n,) which of the surfaces the sun reaches."""
@@ -235,5 +235,5 @@ def _boxes_px(mount: CameraMount, T_map_camera: Array, people: ClothedPeople) ->
 _COLOURS_OF_NONE: Array32 = np.empty((0, 3), dtype=np.float32)
 
 
-def _colours_of(scene: CastScene) -> Array32:
+def _colours_of(scene: RayTarget) -> Array32:
     return triangle_colours(scene.surfaces) if len(scene.triangles) else _COLOURS_OF_NONE

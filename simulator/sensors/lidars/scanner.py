@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from contract.geometry import Array
 from simulator.sensors.lidars.firings import Array32, Times, fire
 from simulator.sensors.lidars.returns import answer, bloom
-from simulator.sensors.scene.static_scene import CastScene, StaticScene
+from simulator.sensors.scene.static_scene import CastScene, RayTarget, StaticScene
 
 # T_map_base (n, 4, 4) at times (n,), ns.
 Trajectory = Callable[[np.ndarray], Array]
@@ -41,7 +41,7 @@ class MovingBodies:
     """What moves, as it stands from the end of the bodies before until `until_ns`."""
 
     until_ns: int
-    scene: CastScene = field(repr=False)
+    scene: RayTarget = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +74,7 @@ class Scanner:
         self._rays_map: Array32 = np.empty((n, 3), dtype=np.float32)
         self._rays = np.empty(n, dtype=np.int64)
         self._spare: Array32 = np.empty(n, dtype=np.float32)
+        self._before: _StandingHits | None = None
 
     @property
     def rays(self) -> int:
@@ -86,18 +87,15 @@ class Scanner:
         """The returns of the turn that begins at begin_ns."""
         turn = self.turn
         n = len(turn.offsets_ns)
-        count = fire(
-            self._sensor_poses(trajectory, begin_ns), float(_POSE_EVERY_NS), turn.directions,
-            turn.offsets_ns, self._own_m, self._origins, self._rays_map, self._rays,
-        )  # fmt: skip
+        standing = self._standing_hits(trajectory, begin_ns, range_m_max)
+        hit_m, triangles = standing.ranges_m, standing.triangles
+        count = len(hit_m)
         draws = _Draws(
             self._rng.standard_normal((n, 2), dtype=np.float32), self._rng.random((n, 2), dtype=np.float32)
         )
         returns = TurnReturns(self._own_m.copy(), self._own_intensity.copy(), 0)
         wind_rad = _SWAY_RADPS * begin_ns * 1e-9
         every = slice(0, count)
-        far = np.full(count, range_m_max, dtype=np.float32)
-        hit_m, triangles = self._scene.cast(self._origins[every], self._rays_map[every], far)
         self._answer(
             self._scene, self._rays[every], hit_m, triangles, self._rays_map[every], wind_rad, draws, returns
         )
@@ -114,13 +112,28 @@ class Scanner:
         )  # fmt: skip
         return TurnReturns(returns.ranges, returns.intensities, ghosts)
 
+    def _standing_hits(self, trajectory: Trajectory, begin_ns: int, range_m_max: float) -> "_StandingHits":
+        """Where rays meet what stands still; a vehicle that stands, too, meets what it met before."""
+        poses = self._sensor_poses(trajectory, begin_ns)
+        before = self._before
+        if before is not None and before.range_m_max == range_m_max and np.array_equal(before.poses, poses):
+            return before
+        count = fire(
+            poses, float(_POSE_EVERY_NS), self.turn.directions, self.turn.offsets_ns, self._own_m,
+            self._origins, self._rays_map, self._rays,
+        )  # fmt: skip
+        far = np.full(count, range_m_max, dtype=np.float32)
+        hits = self._scene.cast(self._origins[:count], self._rays_map[:count], far)
+        self._before = _StandingHits(poses, range_m_max, *hits)
+        return self._before
+
     def _first_ray_at(self, offset_ns: int, count: int) -> int:
         firing = int(np.searchsorted(self.turn.offsets_ns, offset_ns))
         return int(np.searchsorted(self._rays[:count], firing))
 
     def _answer_moving(
         self,
-        scene: CastScene,
+        scene: RayTarget,
         part: slice,
         hit_m: Array32,
         wind_rad: float,
@@ -137,7 +150,7 @@ class Scanner:
 
     def _answer(
         self,
-        scene: CastScene,
+        scene: RayTarget,
         rays: NDArray[np.int64],
         hit_m: Array32,
         triangles: NDArray[np.int32],
@@ -174,6 +187,16 @@ class Scanner:
         ranges[found] = hit_m[found]
         intensities[found] = np.floor(100.0 * own_body.surfaces.reflectivity[triangles[found]])
         return ranges, intensities
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _StandingHits:
+    """What a turn met: the sensor's poses; ranges_m and triangles (m,) of the rays that leave the vehicle."""
+
+    poses: Array
+    range_m_max: float
+    ranges_m: Array32
+    triangles: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

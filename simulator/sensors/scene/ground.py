@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from contract.geometry import Array
 from contract.roads.model import RoadMap
 from simulator.sensors.scene.changes import SceneError
+from simulator.sensors.scene.ground_heights import edges_at, hills_at, wheel_poses
 
 # Nodes of the grid on which the distance to the road's edge is known.
 CELL_M = 1.0
@@ -95,22 +96,11 @@ class Ground:
 
     def terrain_m(self, x: Array, y: Array) -> Array:
         """(n,) height of the hills alone."""
-        height = np.zeros(np.shape(x))
-        for kx, ky, phase, amplitude in self._hills:
-            height += amplitude * np.sin(kx * x + ky * y + phase)
-        return height
+        return hills_at(_flat(x), _flat(y), self._hills).reshape(np.shape(x))
 
     def inside_at(self, x: Array, y: Array) -> Array:
         """(n,) distance to the road's edge by the grid, m; positive on the road."""
-        u = np.clip((np.asarray(x) - self.corner[0]) / CELL_M, 0.0, self._nx - 1.001)
-        v = np.clip((np.asarray(y) - self.corner[1]) / CELL_M, 0.0, self._ny - 1.001)
-        i, j = u.astype(np.int64), v.astype(np.int64)
-        fu, fv = u - i, v - j
-        grid = self.inside_m
-        low = (1.0 - fu) * grid[j, i] + fu * grid[j, i + 1]
-        high = (1.0 - fu) * grid[j + 1, i] + fu * grid[j + 1, i + 1]
-        between: Array = (1.0 - fv) * low + fv * high
-        return between
+        return edges_at(_flat(x), _flat(y), self.corner, CELL_M, self.inside_m).reshape(np.shape(x))
 
     def road_m(self, x: Array, y: Array, inside_m: Array | None = None) -> Array:
         """(n,) height of the road's surface; beyond its edge that of the edge."""
@@ -142,27 +132,9 @@ class Ground:
         poses_map  (n, 3) x, y, yaw of the rear-axle centre
         The base's origin is on the ground below the rear axle. Springs are left out.
         """
-        x, y, yaw = np.asarray(poses_map, dtype=np.float64).reshape(-1, 3).T
-        cos, sin = np.cos(yaw), np.sin(yaw)
-
-        def wheel(ahead: float, left: float) -> Array:
-            return self.road_m(x + ahead * cos - left * sin, y + ahead * sin + left * cos)
-
-        half = 0.5 * track_m
-        left_rear, right_rear = wheel(0.0, half), wheel(0.0, -half)
-        left_front, right_front = wheel(wheelbase_m, half), wheel(wheelbase_m, -half)
-        rear = 0.5 * (left_rear + right_rear)
-        along = (0.5 * (left_front + right_front) - rear) / wheelbase_m
-        across = 0.5 * (left_rear + left_front - right_rear - right_front) / track_m
-        poses = np.zeros((len(x), 4, 4))
-        first = np.stack((cos, sin, along), axis=1)
-        second = np.stack((-sin, cos, across), axis=1)
-        first /= np.linalg.norm(first, axis=1)[:, None]
-        third = np.cross(first, second)
-        third /= np.linalg.norm(third, axis=1)[:, None]
-        poses[:, :3, 0], poses[:, :3, 1], poses[:, :3, 2] = first, np.cross(third, first), third
-        poses[:, 0, 3], poses[:, 1, 3], poses[:, 2, 3], poses[:, 3, 3] = x, y, rear, 1.0
-        return poses
+        rows = np.ascontiguousarray(poses_map, dtype=np.float64).reshape(-1, 3)
+        crown = (self.params.crown_ratio, self.params.crown_half_m)
+        return wheel_poses(rows, wheelbase_m, track_m, self._hills, self.corner, CELL_M, self.inside_m, crown)
 
 
 def road_outline(road_map: RoadMap) -> shapely.Geometry:
@@ -198,15 +170,18 @@ def distances_to_edge(outline: shapely.Geometry, points: Array) -> Array:
     return distance
 
 
-def _hills(rng: np.random.Generator, grade_ratio: float) -> list[tuple[float, float, float, float]]:
-    """Waves of 90 m to 400 m; wave number, phase and amplitude of each."""
+def _flat(values: Array) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64).ravel()
+
+
+def _hills(rng: np.random.Generator, grade_ratio: float) -> Array:
+    """(k, 4) waves of 90 m to 400 m: wave numbers along x and y, phase, amplitude."""
     lengths = np.exp(rng.uniform(math.log(90.0), math.log(400.0), _HILLS))
     bearings, phases = rng.uniform(0.0, 2.0 * math.pi, (2, _HILLS))
     number = 2.0 * math.pi / lengths
     # Equal shares of the slope's variance: amplitude^2 k^2 / 2 each.
     amplitudes = grade_ratio * math.sqrt(2.0 / _HILLS) / number
-    rows = np.column_stack((number * np.cos(bearings), number * np.sin(bearings), phases, amplitudes))
-    return [(float(a), float(b), float(c), float(d)) for a, b, c, d in rows]
+    return np.column_stack((number * np.cos(bearings), number * np.sin(bearings), phases, amplitudes))
 
 
 def _crossings(road_map: RoadMap) -> cKDTree | None:

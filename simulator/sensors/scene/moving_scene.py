@@ -1,15 +1,14 @@
-"""What moves around one vehicle at one moment, as triangles: people who walk, cyclists, vehicles."""
+"""What moves around one vehicle at one moment: people who walk, cyclists, vehicles."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contract.geometry import Array
 from simulator.sensors.scene import shapes
 from simulator.sensors.scene.ground import Ground
-from simulator.sensors.scene.mesh import PackedMesh, joined
-from simulator.sensors.scene.static_scene import CastScene
+from simulator.sensors.scene.mesh import PackedMesh
+from simulator.sensors.scene.placed_bodies import PlacedBodies, Template
 from simulator.traffic.actors import Bodies
 from vehicle_agent.signals import CYCLIST
 
@@ -22,10 +21,12 @@ _TRUCK_M_MIN = 5.6
 _CYCLE_M_MAX = 1.1
 # Places of the templates after those of the strides.
 _CAR, _TRUCK, _CYCLE, _SHUTTLE = range(STRIDES, STRIDES + 4)
+# Length and width of the templates on wheels.
+_EXTENTS_M = np.array([[4.4, 1.8], [7.0, 2.3], [1.75, 0.6], [4.35, 1.63]])
 
 
 class MovingScenes:
-    """Makes scenes of moving bodies on one ground; the templates are made once.
+    """Places moving bodies on one ground; the templates are made once.
 
     fleet_numbers_from  bodies with this number or a greater one are shuttles
     """
@@ -33,38 +34,23 @@ class MovingScenes:
     def __init__(self, ground: Ground, fleet_numbers_from: int) -> None:
         self._ground, self._fleet_from = ground, fleet_numbers_from
         strides = np.linspace(-SWING_RAD, SWING_RAD, STRIDES)
-        # Length and width of what is scaled to a body's size; None for people.
-        self._templates: list[tuple[PackedMesh, Array | None]] = [
-            (shapes.person(1.75, float(stride)), None) for stride in strides
-        ]
-        self._templates += [
-            (shapes.car(), np.array([4.4, 1.8])),
-            (shapes.truck(), np.array([7.0, 2.3])),
-            (shapes.cyclist(), np.array([1.75, 0.6])),
-            (shapes.shuttle(4.35, 1.63, 2.28, 2.175), np.array([4.35, 1.63])),
-        ]
+        meshes = [shapes.person(1.75, float(stride)) for stride in strides]
+        meshes += [shapes.car(), shapes.truck(), shapes.cyclist(), shapes.shuttle(4.35, 1.63, 2.28, 2.175)]
+        self._templates = [Template(mesh) for mesh in meshes]
 
-    def of(self, bodies: Bodies) -> CastScene:
-        """The scene of these bodies; without the vehicle whose sensors look at it."""
-        n = len(bodies.numbers)
-        if not n:
-            return CastScene(nothing())
-        x, y = bodies.poses_map[:, 0], bodies.poses_map[:, 1]
-        people = bodies.people
+    def of(self, bodies: Bodies) -> PlacedBodies:
+        """These bodies as rays meet them; without the vehicle whose sensors look at them."""
+        chosen = np.where(bodies.people, strides_of(bodies), self._vehicles(bodies))
+        order = np.argsort(chosen, kind="stable")
+        chosen, numbers, people = chosen[order], bodies.numbers[order], bodies.people[order]
+        x, y, yaw = bodies.poses_map[order].T
         z = np.where(people, self._ground.height_m(x, y), self._ground.road_m(x, y))
-        poses = np.column_stack((x, y, z, bodies.poses_map[:, 2]))
-        chosen = np.where(people, strides_of(bodies), self._vehicles(bodies))
-        scales = np.empty((n, 3))
-        scales[:] = (0.9 + 0.02 * (bodies.numbers * 7 % 10))[:, None]
-        parts = []
-        for kind in np.unique(chosen):
-            template, extent = self._templates[int(kind)]
-            rows = np.flatnonzero(chosen == kind)
-            if extent is not None:
-                scales[rows, :2] = bodies.sizes_m[rows] / extent
-                scales[rows, 2] = 1.0
-            parts.append(template.placed(poses[rows], scales[rows], numbers=bodies.numbers[rows]))
-        return CastScene(joined(parts))
+        scales = np.repeat(0.9 + 0.02 * (numbers * 7 % 10), 3).reshape(-1, 3)
+        # What is on wheels has the size of its body, and its height of its kind.
+        driven = ~people
+        scales[driven, :2] = bodies.sizes_m[order][driven] / _EXTENTS_M[chosen[driven] - STRIDES]
+        scales[driven, 2] = 1.0
+        return PlacedBodies(self._templates, chosen, np.column_stack((x, y, z, yaw)), scales, numbers)
 
     def _vehicles(self, bodies: Bodies) -> NDArray[np.int64]:
         """(n,) the template of each body if it is on wheels."""

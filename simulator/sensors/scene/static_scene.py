@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -30,6 +31,20 @@ class Surfaces:
     materials: NDArray[np.uint8]
     reflectivity: Array32
     objects: NDArray[np.int32]
+
+
+class RayTarget(Protocol):
+    """What rays are cast at."""
+
+    @property
+    def surfaces(self) -> Surfaces: ...
+
+    @property
+    def triangles(self) -> Array32: ...
+
+    def cast(
+        self, origins: Array32, directions: Array32, reach_m: Array32
+    ) -> tuple[Array32, NDArray[np.int32]]: ...
 
 
 class CastScene:

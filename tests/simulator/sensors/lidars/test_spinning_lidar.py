@@ -193,3 +193,24 @@ def test_roof_lidar_looks_ahead_in_the_base_frame() -> None:
         ahead = ahead[ahead[:, 2] > 0.5]
         assert np.abs(ahead[:, 0] - 12.0).max() < 0.2
         assert math.isclose(float(np.median(ahead[:, 1])), 0.0, abs_tol=3.0)
+
+
+def test_a_vehicle_that_stands_sees_what_moves_past_it() -> None:
+    lidar, trajectory = a_lidar(bare_scene(), response=EXACT), moving(0.0)
+    seen = []
+    for turn, y_m in enumerate((-8.0, 0.0, 8.0)):
+        body = (MovingBodies(10**12, a_box_at(52.0, y_m)),)
+        points = in_map(lidar.scan(trajectory, turn * 100_000_000, body), trajectory)
+        box_points = points[points[:, 2] > 0.3]
+        assert len(box_points) > 50
+        seen.append(float(box_points[:, 1].mean()))
+    np.testing.assert_allclose(seen, (-8.0, 0.0, 8.0), atol=0.6)
+
+
+def test_a_vehicle_that_drives_on_leaves_its_standing_view() -> None:
+    stood, drove = (a_lidar(bare_scene(WALL), response=EXACT) for _ in range(2))
+    for turn in (0, 1):
+        stood.scan(moving(0.0), turn * 100_000_000)
+        drove.scan(moving(5.0), turn * 100_000_000)
+    one, other = (lidar.scan(moving(5.0), 200_000_000) for lidar in (stood, drove))
+    np.testing.assert_array_equal(one.points_base, other.points_base)
