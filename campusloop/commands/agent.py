@@ -17,6 +17,7 @@ from contract.roads.load import MapError, load_map
 from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_key_text
+from vehicle_agent.perception.pillars.detector_file import DetectorFileError
 from vehicle_agent.receivers.gnss_receiver import GnssReceiver, ReceiverError
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
@@ -25,6 +26,7 @@ from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError
 from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map, worker_tracks
+from vehicle_agent.stacks.own_perception import tracks_worker
 
 app = typer.Typer(no_args_is_help=True)
 console = Console()
@@ -32,6 +34,7 @@ console = Console()
 EXIT_BAD_INPUT = 2
 START_ERRORS = (
     AgentFolderError,
+    DetectorFileError,
     ProfileError,
     MapError,
     LocalizationMapError,
@@ -136,7 +139,9 @@ def run(
         for folder in folders:
             files = AgentFolder(folder)
             files.vehicle()
-            files.profile()
+            if worker_tracks(files.profile()):
+                # A detector that cannot be run would end the worker again and again, and the vehicle stand.
+                tracks_worker(files.profile())
             files.road_map()
             files.screen()
             sensors = files.sensors()
