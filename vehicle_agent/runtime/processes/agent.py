@@ -160,7 +160,7 @@ def run_video(place: AgentPlace) -> None:
     settings = files.cameras()
     assert settings is not None, "only vehicles with a cameras.toml have this process"
     with closing(place.clock.open(f"video {files.vehicle().vehicle_id}")) as clock:
-        serve_video(settings, files.video, clock)
+        serve_video(settings, files.video, clock, place.mail)
 
 
 def run_gate(place: AgentPlace) -> None:

@@ -12,10 +12,11 @@ from typing import Any
 import msgspec
 import structlog
 
+from contract.video import SegmentName
 from vehicle_agent.runtime.video.cameras_file import RecordedCamera
+from vehicle_agent.runtime.video.library import pyav
 from vehicle_agent.runtime.video.picture_checks import PictureState, check
 from vehicle_agent.runtime.video.segment_file import SegmentFile
-from vehicle_agent.runtime.video.segment_names import SegmentName
 from vehicle_agent.runtime.video.segmenter import SegmentRules, SegmentState, Verdict, step
 from vehicle_agent.runtime.video.sources import Source, SourceFailure, luma_of, open_source
 
@@ -63,6 +64,8 @@ class CameraRecorder:
         self._rules = SegmentRules(round(segment_s * 1e9), GAP_NS, round(1e9 / entry.rate_hz))
         self._cut, self._checked = SegmentState(), PictureState()
         self._file: SegmentFile | None = None
+        # Kept: a new one for each picture takes as long as its work.
+        self._reformatter = pyav().video.reformatter.VideoReformatter()
         self._stop, self._cut_now = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"camera {camera.name}", daemon=True)
         self.condition = CameraCondition(camera.name)
@@ -116,7 +119,7 @@ class CameraRecorder:
             if verdict in (Verdict.SURPLUS, Verdict.LATE):
                 continue
             self._cut = cut
-            planar = frame.reformat(entry.width_px, entry.height_px, "yuv420p")
+            planar = self._reformatter.reformat(frame, entry.width_px, entry.height_px, "yuv420p")
             if entry.turned:
                 planar = _turned(planar)
             self._checked = check(self._checked, stamp_ns, luma_of(planar))

@@ -2,17 +2,19 @@
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 from urllib.parse import quote, urlsplit
 
 import msgspec
 
+from contract.video import CAMERA
 from vehicle_agent.picture_ring import picture_ring_path
-from vehicle_agent.runtime.video.segment_names import CAMERA
 
 CAMERAS_MAX = 8
 _DEVICE = re.compile(r"/dev/video\d{1,3}$")
 
+Upload = Literal["asked", "all", "never"]
+Blur = Literal["whole", "none"]
 Size = Annotated[int, msgspec.Meta(ge=64, le=1920, multiple_of=2)]
 
 
@@ -38,11 +40,18 @@ class CameraEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CamerasFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """segment_s  of one file. keep_gib: of all segments; the oldest is deleted for the newest"""
+    """segment_s  of one file
+    keep_gib   of all segments; the oldest is deleted for the newest
+    upload     "asked": what lies in recordings and around marks of operators; "all"; "never"
+    blur       "whole": pictures that leave the vehicle are so coarse that they show no face and no plate;
+               "none": they leave as they are
+    """
 
     cameras: dict[str, CameraEntry]
     segment_s: Annotated[int, msgspec.Meta(ge=5, le=300)] = 60
     keep_gib: Annotated[float, msgspec.Meta(ge=0.001, le=10_000.0)] = 20.0
+    upload: Upload = "asked"
+    blur: Blur = "whole"
 
 
 class RecordedCamera(msgspec.Struct, frozen=True):
@@ -59,6 +68,8 @@ class VideoSettings(msgspec.Struct, frozen=True):
     cameras: tuple[RecordedCamera, ...]
     segment_s: int = 60
     keep_gib: float = 20.0
+    upload: Upload = "asked"
+    blur: Blur = "whole"
 
 
 def load_cameras(path: Path, scan_ring: Path) -> VideoSettings | None:
@@ -79,7 +90,7 @@ def load_cameras(path: Path, scan_ring: Path) -> VideoSettings | None:
         raise CamerasError(f"{path}: {error}") from error
     except (msgspec.DecodeError, OSError, ValueError) as error:
         raise CamerasError(f"{path}: {error}") from error
-    return VideoSettings(cameras, file.segment_s, file.keep_gib)
+    return VideoSettings(cameras, file.segment_s, file.keep_gib, file.upload, file.blur)
 
 
 def _address(name: str, entry: CameraEntry, folder: Path, scan_ring: Path) -> str:

@@ -7,8 +7,9 @@ from typing import Any
 
 import structlog
 
+from contract.video import SegmentName
 from vehicle_agent.runtime.video.library import pyav
-from vehicle_agent.runtime.video.segment_names import SegmentName, segments_in
+from vehicle_agent.runtime.video.segment_names import segments_in
 
 log = structlog.get_logger()
 

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from contract.video import SegmentName
 from vehicle_agent.runtime.video.camera_recorder import CameraRecorder, RecorderPlace
 from vehicle_agent.runtime.video.cameras_file import CameraEntry, RecordedCamera
 from vehicle_agent.runtime.video.segment_file import SegmentFile, recover
-from vehicle_agent.runtime.video.segment_names import SegmentName, segments_in
+from vehicle_agent.runtime.video.segment_names import segments_in
 from vehicle_agent.runtime.video.sources import Source, SourceFailure, SourceFrame, open_source
 
 av = pytest.importorskip("av", reason="PyAV is not installed (make video)")

@@ -5,8 +5,9 @@ from pathlib import Path
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from contract.video import SegmentName
 from vehicle_agent.runtime.video.disk_room import FREE_BYTES_MIN, DiskRoom
-from vehicle_agent.runtime.video.segment_names import SegmentName, segments_in
+from vehicle_agent.runtime.video.segment_names import segments_in
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=30, deadline=None)

@@ -5,7 +5,8 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_agent.runtime.video.segment_names import SegmentName, name_of, overlapping, segments_in
+from contract.video import SegmentName, name_of, overlapping
+from vehicle_agent.runtime.video.segment_names import segments_in
 
 NAMES = st.builds(
     SegmentName,
