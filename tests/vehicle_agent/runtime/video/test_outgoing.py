@@ -1,4 +1,4 @@
-"""What leaves the vehicle: what operators asked for, and nothing that shows a face where the policy forbids it."""
+"""What leaves the vehicle: what operators asked for, and no face where the policy forbids it."""
 
 from pathlib import Path
 from typing import Any
