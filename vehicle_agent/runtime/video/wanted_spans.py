@@ -7,10 +7,10 @@ import msgspec
 from contract.runlog.records import MarkKind
 from contract.video import SegmentName
 
-S = 1_000_000_000
-BEFORE_MARK_NS, AFTER_MARK_NS = 20 * S, 10 * S
+_S = 1_000_000_000
+BEFORE_MARK_NS, AFTER_MARK_NS = 20 * _S, 10 * _S
 # A recording that was forgotten is not uploaded for days.
-RECORDING_NS_MAX = 3600 * S
+RECORDING_NS_MAX = 3600 * _S
 SPANS_MAX = 200
 
 
