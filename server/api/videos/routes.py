@@ -55,7 +55,7 @@ GivenName = Annotated[
         VehicleUnknown,
     )
     | {200: {"model": VideoSegmentView, "description": "The segment was there already."}},
-    openapi_extra={"requestBody": {"required": True, "content": {MEDIA_TYPE: BINARY}}},
+    openapi_extra={"requestBody": {"required": True, "content": {"application/octet-stream": BINARY}}},
 )
 async def put_video_segment(
     sha256: Sha256,

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import msgspec
+import structlog
 
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
@@ -50,6 +51,7 @@ from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
+from vehicle_agent.runtime.video.library import is_installed
 from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import (
     PLANNING_STACKS,
@@ -61,6 +63,8 @@ from vehicle_agent.stacks.choice import (
     worker_tracks,
 )
 from vehicle_agent.stacks.warm import warm_tick
+
+log = structlog.get_logger()
 
 SOFTWARE = "0.1.0"
 
@@ -132,7 +136,11 @@ def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
             jobs.append(Job(f"lidars {name}", run_lidars, (place,)))
         if settings is not None and settings.addresses:
             jobs.append(Job(f"receivers {name}", run_receivers, (place,)))
-        if files.cameras() is not None:
+        if files.cameras() is not None and not is_installed():
+            log.error(
+                "video.not_recorded", vehicle_id=name, reason="PyAV is missing: install it with `make video`"
+            )
+        elif files.cameras() is not None:
             jobs.append(Job(f"video {name}", run_video, (place,)))
     return jobs
 

@@ -3,11 +3,17 @@
 Its wheel contains libraries under the GPL (x264, x265), of which nothing here is used (decision 39).
 """
 
+from importlib.util import find_spec
 from types import ModuleType
 
 
 class VideoLibraryMissing(Exception):
     """PyAV is not installed, or cannot encode; the message says how to install it."""
+
+
+def is_installed() -> bool:
+    """Whether PyAV is there, without loading it into this process."""
+    return find_spec("av") is not None
 
 
 def pyav() -> ModuleType:

@@ -19079,7 +19079,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "video/webm": string;
+                "application/octet-stream": string;
             };
         };
         responses: {
