@@ -20,6 +20,7 @@ from vehicle_agent.picture_ring import PictureRing
 from vehicle_agent.signals import PEDESTRIAN
 
 PERIOD_NS = 100_000_000
+STOPPED_NS = 3_000_000_000
 SPEED_MPS = 3.0
 PEOPLE = 12
 _FLEET_FROM = 1_000_000
@@ -72,6 +73,10 @@ def play(pictures: Path, rings: dict[str, Path], stamps: Path, stop: Event, seed
     while not stop.is_set():
         for place, (name, ring) in enumerate(open_rings.items()):
             due_ns = begun_ns + number * PERIOD_NS + place * apart_ns
+            if time.monotonic_ns() - due_ns > STOPPED_NS:
+                # It was stopped meanwhile: what was not taken is not played later.
+                begun_ns += time.monotonic_ns() - due_ns
+                due_ns = time.monotonic_ns()
             time.sleep(max(0.0, (due_ns - time.monotonic_ns()) / 1e9))
             picture = shots[name][order[number % len(order)]].copy()
             row = int(rng.integers(0, picture.shape[0] - 8)) & ~7

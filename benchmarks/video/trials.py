@@ -32,7 +32,7 @@ SPAWN = multiprocessing.get_context("spawn")
 
 
 def drive(map_file: Path, folder: Path, seed: int, seconds: float, out: Path) -> None:
-    """A shuttle's loop at 50 Hz on the wall clock; writes each tick's wall time, ns."""
+    """A shuttle's loop at 50 Hz on the wall clock; writes (n, 2): each tick's stamp and wall time, ns."""
     loop = SoloDrive(
         load_map(map_file), folder, seed, stops=30, traffic=TrafficParams(), lidar=False,
         start_ns=time.monotonic_ns(),
@@ -41,25 +41,48 @@ def drive(map_file: Path, folder: Path, seed: int, seconds: float, out: Path) ->
     loop.vehicle.times.whole.clear()
     gc.collect()
     gc.freeze()
-    pacer = Pacer()
-    for _ in range(round(seconds * 50)):
-        loop.step(pacer.wait())
+    pacer, stamps_ns = Pacer(), []
+    end_ns = time.monotonic_ns() + round(seconds * 1e9)
+    while (now_ns := pacer.wait()) < end_ns:
+        stamps_ns.append(now_ns)
+        loop.step(now_ns)
     gc.unfreeze()
-    np.save(out, np.array(loop.vehicle.times.whole))
+    np.save(out, np.column_stack((stamps_ns, loop.vehicle.times.whole)))
     loop.vehicle.shut_down()
 
 
-def driven(map_file: Path, folder: Path, seed: int, seconds: float) -> np.ndarray:
-    """(n,) ms of each tick, of a process of its own."""
-    folder.mkdir()
-    out = folder / "ticks.npy"
-    process = SPAWN.Process(target=drive, args=(map_file, folder, seed, seconds, out))
-    process.start()
-    process.join()
-    if process.exitcode != 0:
-        raise SystemExit("the drive has failed")
-    ticks: np.ndarray = np.load(out) / 1e6
-    return ticks
+class Driving:
+    """A drive in a process of its own."""
+
+    def __init__(self, map_file: Path, folder: Path, seed: int, seconds: float) -> None:
+        folder.mkdir()
+        self._out = folder / "ticks.npy"
+        self.process = SPAWN.Process(target=drive, args=(map_file, folder, seed, seconds, self._out))
+        self.process.start()
+
+    def ticks(self) -> np.ndarray:
+        """(n, 2) stamp and wall time of each tick, ns; waits for the drive's end."""
+        self.process.join()
+        if self.process.exitcode != 0:
+            raise SystemExit("the drive has failed")
+        found: np.ndarray = np.load(self._out)
+        return found
+
+
+def alternating(driving: Driving, recorded: "Recording", window_s: float) -> list[tuple[int, int, bool]]:
+    """Stops and continues cameras and recorder in turn until the drive ends: (begin, end, it recorded), ns.
+
+    Both kinds of windows lie among each other, so that other work on the machine meets both alike.
+    """
+    windows, is_on = [], True
+    while driving.process.is_alive():
+        begun_ns = time.monotonic_ns()
+        driving.process.join(window_s)
+        windows.append((begun_ns, time.monotonic_ns(), is_on))
+        is_on = not is_on
+        recorded.signal(signal.SIGCONT if is_on else signal.SIGSTOP)
+    recorded.signal(signal.SIGCONT)
+    return windows
 
 
 @dataclass(slots=True)
@@ -69,6 +92,7 @@ class Recording:
     folder: Path
     stamps: Path
     recorder: SpawnProcess
+    player: SpawnProcess
     _cpu_s: float = 0.0
     _begun_s: float = 0.0
     cpu_s: float = 0.0
@@ -80,6 +104,11 @@ class Recording:
     def end_count(self) -> None:
         self.cpu_s = _cpu_s(self.recorder) - self._cpu_s
         self.wall_s = time.monotonic() - self._begun_s
+
+    def signal(self, number: int) -> None:
+        for process in (self.recorder, self.player):
+            assert process.pid is not None
+            os.kill(process.pid, number)
 
     def kill(self) -> int:
         """The moment of SIGKILL, ns."""
@@ -105,7 +134,7 @@ def recording(folder: Path, pictures: Path, seed: int, segment_s: int) -> Iterat
     recorder.start()
     while len({one.camera for one in segments_in(video)}) < len(CAMERAS):
         time.sleep(0.1)
-    yield Recording(video, stamps, recorder)
+    yield Recording(video, stamps, recorder, player)
     if recorder.is_alive():
         recorder.terminate()
         recorder.join()
