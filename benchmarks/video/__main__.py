@@ -2,8 +2,8 @@
 
     python -m benchmarks.video --minutes 10 --json F
 
-A drive is a process at 50 Hz on the wall clock. In the first one the recorder runs and stands still in turn, so
-that ticks are compared that other work on the machine meets alike. In the second one it runs all the time, and
+A drive is a process at 50 Hz on the wall clock. In the first one the recorder runs and stands still in turn:
+other work on the machine meets the ticks of both kinds alike. In the second one it runs all the time, and
 every picture that was written is looked for in the files. Then recorders are killed, and their files decoded.
 The pictures are those of the simulator's cameras.
 """

@@ -30,7 +30,7 @@ class DiskRoom:
             (one for one in segments_in(self._folder) if one.length_ms is not None),
             key=lambda one: (one.utc_ns, one.camera),
         )
-        sizes = {one: _size(self._folder / one.text()) for one in finished}
+        sizes = {one: size_of(self._folder / one.text()) for one in finished}
         total, free, gone = sum(sizes.values()), self._free_bytes(self._folder), []
         for one in finished:
             if total <= self._keep_bytes and free >= FREE_BYTES_MIN:
@@ -44,7 +44,8 @@ class DiskRoom:
         return gone
 
 
-def _size(path: Path) -> int:
+def size_of(path: Path) -> int:
+    """Bytes; 0 for a file that is gone by now."""
     try:
         return path.stat().st_size
     except FileNotFoundError:

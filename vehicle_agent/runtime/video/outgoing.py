@@ -13,6 +13,7 @@ import structlog
 from contract.video import SegmentName
 from vehicle_agent.runtime.video.cameras_file import Blur, Upload
 from vehicle_agent.runtime.video.coarse import coarsened
+from vehicle_agent.runtime.video.disk_room import size_of
 from vehicle_agent.runtime.video.segment_names import segments_in
 from vehicle_agent.runtime.video.wanted_spans import VideoMark, WantedSpan, wanted, with_mark
 
@@ -66,7 +67,7 @@ class Outgoing:
         left = [
             name for name in chosen if name.length_ms is not None and name.text() not in self._memory.handled
         ]
-        if not left or sum(file.stat().st_size for file in self._out.iterdir()) > WAITING_BYTES_MAX:
+        if not left or sum(size_of(file) for file in self._out.iterdir()) > WAITING_BYTES_MAX:
             return None
         name = min(left, key=lambda one: (one.utc_ns, one.camera))
         self._copy(name)

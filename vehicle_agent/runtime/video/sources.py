@@ -14,7 +14,7 @@ from vehicle_agent.runtime.video.library import pyav
 
 # A stream that says nothing for so long is opened again.
 OPEN_TIMEOUT_S, READ_TIMEOUT_S = 5.0, 3.0
-# A ring of 16 pictures at 30 Hz lasts 0.5 s.
+# A ring of 32 pictures at 30 Hz lasts 1 s.
 _POLL_S = 0.02
 
 Now = Callable[[], int]
