@@ -1,5 +1,6 @@
 """Pictures of a vehicle's four simulated cameras, and the process that plays them to the recorder."""
 
+import os
 import time
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -60,6 +61,8 @@ def play(pictures: Path, rings: dict[str, Path], stamps: Path, stop: Event, seed
 
     Sensor noise is added to each picture, so that none is the one before it.
     """
+    # On a vehicle a camera's driver is no competitor of the tick.
+    os.nice(10)
     loaded = np.load(pictures)
     shots = {name: loaded[name] for name in rings}
     open_rings = {name: PictureRing(path, create=True) for name, path in rings.items()}

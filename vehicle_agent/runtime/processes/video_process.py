@@ -1,5 +1,6 @@
 """The process that records a vehicle's cameras. Tick and gate know nothing of it."""
 
+import os
 import signal
 from pathlib import Path
 from types import FrameType
@@ -22,6 +23,8 @@ LOOK_NS = 1_000_000_000
 DISK_EVERY_LOOKS = 5
 # Under what the supervisor waits before it kills.
 STOP_WITHIN_S = 4.0
+# The tick comes first to a core: without, a busy computer's ticks took four times as long (decision 39).
+NICE = 10
 
 
 class VideoProcess:
@@ -88,6 +91,7 @@ def serve_video(settings: VideoSettings, folder: Path, clock: Clock, mail: Path 
 
     signal.signal(signal.SIGTERM, stop)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(NICE)
     process = VideoProcess(settings, folder, clock, mail)
     while not stopping:
         clock.wait(clock.now_ns() + LOOK_NS)
