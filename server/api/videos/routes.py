@@ -92,7 +92,7 @@ async def put_video_segment(
     responses=problems(VehicleUnknown, VideoSpanInvalid, *OPERATOR_REFUSALS),
 )
 async def watch_video(vehicle_id: VehicleId, span: VideoSpan, command: WatchVideoCommand) -> VideoView:
-    """The segments that have come for a span, to be played. That somebody looks is in the audit log."""
+    """The segments that have come for a span, to be played. Who looks is in the audit log."""
 
     def work(uow: UnitOfWork) -> VideoView:
         found = videos.segments_between(uow, vehicle_id, span.begin, span.end)

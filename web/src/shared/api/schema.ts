@@ -2263,7 +2263,7 @@ export interface paths {
         put?: never;
         /**
          * Watch Video
-         * @description The segments that have come for a span, to be played. That somebody looks is in the audit log.
+         * @description The segments that have come for a span, to be played. Who looks is in the audit log.
          */
         post: operations["watch_video"];
         delete?: never;
