@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-virtual test-faults soak-maps \
   lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators lighthouse \
-  camera cluster tracing training workshop sbom docs clean
+  camera cluster tracing training video workshop sbom docs clean
 
 help:
 	@echo "make demo    set up and run a campus on this machine (HOST=0.0.0.0 serves a phone on the LAN);"
@@ -29,6 +29,7 @@ help:
 	@echo "make tracing     install what sends traces of rides, for OTEL_EXPORTER_OTLP_ENDPOINT (CI does)"
 	@echo "make workshop    install what reads ROS bags and GNSS receivers (CI does)"
 	@echo "make camera      install OpenCV, by which the NUS stack finds people in pictures (CI does)"
+	@echo "make video       install PyAV, which records the cameras of vehicles (CI does)"
 	@echo "make training    install PyTorch, for campusloop workshop train-detector"
 	@echo "make sbom    what the server and the pages consist of, in CycloneDX (var/sbom)"
 	@echo "make docs    build the documentation as a site (var/docs/html); a broken link is an error (CI does)"
@@ -239,6 +240,10 @@ tracing: .venv/installed
 camera: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/camera.txt
 
+# PyAV, to record and read video.
+video: .venv/installed
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/video.txt
+
 # PyTorch, for `campusloop workshop train-detector`: the version whose Linux build for processors only is known to
 # do. A detector that is trained already needs none of it.
 training: .venv/installed
@@ -265,7 +270,7 @@ lock: .venv/installed
 	$(LOCKED) --extra dev -o requirements/lock.txt
 	$(LOCKED) --extra install -c requirements/lock.txt -o requirements/run.txt
 	for tool in docs generators odometry-peers sbom; do $(COMPILE) requirements/$$tool.in -o requirements/$$tool.txt || exit 1; done
-	for extra in camera cluster oracle mutants workshop; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
+	for extra in camera cluster oracle mutants video workshop; do $(LOCKED) --extra dev --extra $$extra -c requirements/lock.txt \
 	  -o requirements/$$extra.txt \
 	  $$(sed -n 's/^\([A-Za-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements/lock.txt) || exit 1; done
 	$(LOCKED) --extra tracing -c requirements/lock.txt -o requirements/tracing.txt \

@@ -45,7 +45,12 @@ from server.loops.silence import SilenceMonitor
 from server.loops.solver import InlineSolver
 from server.loops.webhooks import WebhookDeliveries
 from server.settings import PREFIX, Settings, SettingsError
-from server.store.segments.choice import open_scan_store, open_segment_store, open_tile_store
+from server.store.segments.choice import (
+    open_scan_store,
+    open_segment_store,
+    open_tile_store,
+    open_video_store,
+)
 from server.store.segments.segment_store import SegmentStore, SegmentStoreError
 from server.supervision.retries import FAIL_AT_ONCE, RetryPolicy
 from server.supervision.standing_tasks import StandingTask
@@ -191,6 +196,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
         segments=_segments(settings),
         tiles=_tiles(settings),
         scans=_scans(settings),
+        videos=_videos(settings),
         hub=hub,
         presence=PresenceRelay(ports.campus_id, ports.clock, ports.transactions, ports.bus),
         feed=SceneFeed(
@@ -244,6 +250,13 @@ def _tiles(settings: Settings) -> SegmentStore:
 def _scans(settings: Settings) -> SegmentStore:
     try:
         return open_scan_store(settings.segments_url, settings.var_dir)
+    except SegmentStoreError as error:
+        raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
+
+
+def _videos(settings: Settings) -> SegmentStore:
+    try:
+        return open_video_store(settings.segments_url, settings.var_dir)
     except SegmentStoreError as error:
         raise SettingsError(f"{PREFIX}SEGMENTS_URL: {error}") from error
 

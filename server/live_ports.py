@@ -22,6 +22,7 @@ from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
 from server.key_file import BadKeyFile
 from server.loops.forks import ProcessForks
+from server.loops.old_videos import VideoRetentionLoop
 from server.loops.scan_maps import ProcessMapBuilder, ScanMapLoop
 from server.loops.solver import ProcessSolver
 from server.push_encryption import PushIdentity
@@ -32,7 +33,7 @@ from server.store.database_file import DatabaseInUse, database_file
 from server.store.engine import DatabaseUnsupported, open_engine
 from server.store.roads.map_library import MapLibrary
 from server.store.schema import DatabaseTooNew, is_current, upgrade_to_head
-from server.store.segments.choice import open_scan_store, open_tile_store
+from server.store.segments.choice import open_scan_store, open_tile_store, open_video_store
 from server.store.segments.segment_store import SegmentStoreError
 from server.store.transactions import GroupCommit
 from server.store.unit_of_work import Context
@@ -119,7 +120,8 @@ async def live_ports(
         has_our_tables=lambda: is_current(engine),
         close=close,
     )
-    loops = (*standing_tasks(ports), _scan_maps(settings, ports)) if settings.with_loops else ()
+    beside = (_scan_maps(settings, ports), _old_videos(settings, ports)) if settings.with_loops else ()
+    loops = (*standing_tasks(ports), *beside) if settings.with_loops else ()
     return LivePorts(replace(ports, loops=loops), made_password)
 
 
@@ -133,6 +135,15 @@ def _scan_maps(settings: Settings, ports: Ports) -> StandingTask:
     return ScanMapLoop(
         ports.transactions, ports.bus, ports.campus_id, ports.offload, scans, tiles, ProcessMapBuilder()
     ).task
+
+
+def _old_videos(settings: Settings, ports: Ports) -> StandingTask:
+    """The loop that deletes old video. Raises CannotStart."""
+    try:
+        videos = open_video_store(settings.segments_url, settings.var_dir)
+    except SegmentStoreError as error:
+        raise CannotStart(f"CAMPUSLOOP_SEGMENTS_URL: {error}") from error
+    return VideoRetentionLoop(ports.transactions, ports.offload, videos).task
 
 
 def _road_map(settings: Settings) -> RoadMap:
@@ -224,6 +235,7 @@ def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
         operator_session_s=settings.session_hours * 3600.0,
         rider_days=settings.rider_days,
         audit_address_days=settings.audit_address_days,
+        video_days=settings.video_days,
         webhook_failure_days=settings.webhook_failure_days,
     )
 

@@ -64,6 +64,9 @@ class Settings(BaseModel):
     rider_days: float = Field(
         30.0, gt=0, le=3650, description="How long after its end a ride names its rider; then it is erased."
     )
+    video_days: float = Field(
+        14.0, gt=0, le=3650, description="How long video that vehicles have sent is kept."
+    )
     audit_address_days: float = Field(
         90.0, gt=0, le=3650, description="How long the audit log keeps addresses; the entries stay."
     )

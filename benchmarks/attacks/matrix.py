@@ -31,7 +31,7 @@ list_current_announcements"""
 BY_LINK = """get_ride cancel_ride change_destination tap_aboard tap_alighted get_tap call_help give_feedback
 ask_for_notices stop_notices get_series cancel_series cancel_series_day"""
 BY_SECRET = """enrol_vehicle put_segment get_map_for_vehicle get_localization_manifest_for_vehicle
-get_localization_tile_for_vehicle put_scan_parcel"""
+get_localization_tile_for_vehicle put_scan_parcel put_video_segment"""
 # For passengers; a token that is sent along must be good for driving.
 BOOKINGS = "book_ride book_series"
 OWN_SESSION = """get_session sign_out choose_password begin_second_factor remove_second_factor
@@ -88,7 +88,7 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         """acknowledge_incident close_incident note_on_incident write_shift_log make_map_draft
         import_map_draft change_map_draft mend_map_draft discard_map_draft request_scans end_scan_request
-        propose_map stop_map_proposal dismiss_map_proposal""",
+        propose_map stop_map_proposal dismiss_map_proposal watch_video get_video_segment""",
         frozenset({"dispatcher", "safety"}),
         "",
     ),

@@ -25,6 +25,7 @@ from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolder
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError
+from vehicle_agent.runtime.video.cameras_file import CamerasError
 from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map, worker_tracks
 from vehicle_agent.stacks.own_perception import tracks_worker
 
@@ -42,6 +43,7 @@ START_ERRORS = (
     ReceiverError,
     ScreenError,
     SensorsError,
+    CamerasError,
     TracingUnavailable,
 )
 

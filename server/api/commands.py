@@ -28,6 +28,7 @@ from server.api.security.permissions import (
     RUN_SERVICE,
     STOP,
     STORE_LOCALIZATION_MAPS,
+    WATCH_VIDEO,
 )
 from server.api.security.request_origin import address_of, operation_of, subject_of, target_of
 from server.api.services import InjectedServices
@@ -258,6 +259,7 @@ def booking_key(developer: Actor | None, key: str | None) -> str | None:
 # One for each permission: the endpoint that takes it needs that permission.
 DispatchCommand = Annotated[Command, Depends(command_of(changing(DISPATCH)))]
 RecordCommand = Annotated[Command, Depends(command_of(changing(RECORD)))]
+WatchVideoCommand = Annotated[Command, Depends(command_of(changing(WATCH_VIDEO)))]
 ServiceCommand = Annotated[Command, Depends(command_of(changing(RUN_SERVICE)))]
 IncidentCommand = Annotated[Command, Depends(command_of(changing(HANDLE_INCIDENTS)))]
 StopCommand = Annotated[Command, Depends(command_of(changing(STOP)))]

@@ -106,6 +106,30 @@ class ScanStoreUnavailable(DomainError):
     code = "scan_store_unavailable"
 
 
+class VideoHashWrong(DomainError):
+    """The received bytes do not have the hash in the path; send them again."""
+
+    code = "video_hash_wrong"
+
+
+class VideoTooLarge(DomainError):
+    """The video segment is larger than this server takes."""
+
+    code = "video_too_large"
+
+
+class VideoUnreadable(DomainError):
+    """The bytes are no WebM file, or their name is not that of a finished segment."""
+
+    code = "video_unreadable"
+
+
+class VideoStoreUnavailable(DomainError):
+    """The store of videos cannot be reached or is full; everything else works. Try again later."""
+
+    code = "video_store_unavailable"
+
+
 STATUS: Mapping[type[DomainError], int] = {
     errors.RideUnknown: 404,
     errors.RideAlreadyAboard: 409,
@@ -207,6 +231,12 @@ STATUS: Mapping[type[DomainError], int] = {
     ParcelTooLarge: 413,
     ParcelUnreadable: 400,
     ScanStoreUnavailable: 503,
+    errors.VideoUnknown: 404,
+    errors.VideoSpanInvalid: 400,
+    VideoHashWrong: 400,
+    VideoTooLarge: 413,
+    VideoUnreadable: 400,
+    VideoStoreUnavailable: 503,
     errors.RunUnknown: 404,
     errors.RunMapUnreadable: 404,
     errors.SegmentUnknown: 404,

@@ -54,6 +54,7 @@ from server.api.sockets import (
 from server.api.statistics import routes as statistics
 from server.api.tokens import routes as tokens
 from server.api.vehicles import routes as vehicles
+from server.api.videos import routes as videos
 from server.api.webhooks import routes as webhooks
 
 PREFIX = "/api/v1"
@@ -121,6 +122,7 @@ def _routes() -> tuple[BaseRoute, ...]:
         shift_log.router,
         scans.router,
         scan_parcels.router,
+        videos.router,
         map_proposals.router,
         segments.router,
         runs.router,

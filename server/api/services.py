@@ -62,6 +62,7 @@ class Services:
 
     tiles           of localization maps
     scans           parcels of lidar scans, and the maps that are proposed of them
+    videos          video segments of vehicles' cameras
     makes_maps      some process of this installation makes such maps
     webhook_sender  None: this server sends nothing to other networks
     push_sender     None: this server sends nothing to browsers
@@ -79,6 +80,7 @@ class Services:
     segments: SegmentStore
     tiles: SegmentStore
     scans: SegmentStore
+    videos: SegmentStore
     hub: Hub
     presence: PresenceRelay
     feed: SceneFeed

@@ -107,6 +107,7 @@ class FleetRules:
     operator_session_s: float = 12 * 3600.0
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0
+    video_days: float = 14.0
     webhook_failure_days: float = 5.0
     rider_days: float = 30.0
     audit_address_days: float = 90.0

@@ -31,6 +31,7 @@ from server.store.cache.vehicles import CachedVehicleRepository
 from server.store.fleet.history import SqlHistoryRepository
 from server.store.fleet.scans import SqlScanRepository
 from server.store.fleet.vehicles import SqlVehicleRepository
+from server.store.fleet.videos import SqlVideoRepository
 from server.store.leases import SqlLeaseRepository
 from server.store.orders.orders import SqlOrderRepository
 from server.store.orders.sections import SqlSectionRepository
@@ -97,6 +98,7 @@ from server.usecases.ports.rides import (
 from server.usecases.ports.scans import ScanRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
 from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
+from server.usecases.ports.videos import VideoRepository
 from server.usecases.ports.views import Views
 
 
@@ -201,6 +203,7 @@ class SqlUnitOfWork:
         self.announcements: AnnouncementRepository = SqlAnnouncementRepository(connection, campus_id, lock)
         self.runs: RunRepository = SqlRunRepository(connection, campus_id, lock)
         self.scans: ScanRepository = SqlScanRepository(connection, campus_id, lock)
+        self.videos: VideoRepository = SqlVideoRepository(connection, campus_id, lock)
         self.recordings: RecordingRepository = SqlRecordingRepository(connection, campus_id, lock)
         self.identity: IdentityRepository = SqlIdentityRepository(connection, campus_id, lock)
         self.second_factors: SecondFactorRepository = SqlSecondFactorRepository(connection, campus_id, lock)

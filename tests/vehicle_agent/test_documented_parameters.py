@@ -54,9 +54,24 @@ from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.planning.waypoint.signs import SignRule
-from vehicle_agent.runtime.processes import scan_process, screen_process, supervisor, tick_process
+from vehicle_agent.runtime.processes import (
+    scan_process,
+    screen_process,
+    supervisor,
+    tick_process,
+    video_process,
+)
 from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
 from vehicle_agent.runtime.screen import screen_requests
+from vehicle_agent.runtime.video import (
+    coarse,
+    disk_room,
+    outgoing,
+    picture_checks,
+    segment_file,
+    wanted_spans,
+)
+from vehicle_agent.runtime.video.cameras_file import CameraEntry, VideoSettings
 from vehicle_agent.signals import rates
 from vehicle_agent.world.area_monitor import AreaMonitor
 from vehicle_agent.world.camera_trust import TrustRules
@@ -97,6 +112,17 @@ PAGES: dict[str, tuple[Any, ...]] = {
     ),
     "hmi": (Announcer, Attention, VehicleSignalling),
     "runtime": (supervisor, tick_process),
+    "video": (
+        VideoSettings,
+        CameraEntry,
+        wanted_spans,
+        segment_file,
+        outgoing,
+        coarse,
+        disk_room,
+        picture_checks,
+        video_process,
+    ),
     "scans": (scan_parcels, scan_keeper, scan_process, scan_uploads),
     "screen": (screen_process, screen_requests, cabin_view),
 }

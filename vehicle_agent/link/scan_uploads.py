@@ -11,11 +11,11 @@ import structlog
 from contract.wire.bounds import LONG_CHARACTERS_MAX
 from contract.wire.messages import ScanArea, ScansReported, ScansRequested
 from contract.wire.scans import ScanState, parcel_path, signed_parcel
-from contract.wire.upload import SIGNATURE_HEADER
+from vehicle_agent.link.upload import put_signed
 
 log = structlog.get_logger()
 
-LOOK_S, RETRY_AFTER_S, TIMEOUT_S = 1.0, 20.0, 120.0
+LOOK_S, RETRY_AFTER_S = 1.0, 20.0
 # The keeping process reports once a second.
 SILENT_S = 10.0
 _REFUSED = ".refused"
@@ -102,14 +102,9 @@ class ScanUploads:
             self._note_trouble(request_id, f"a parcel cannot be read: {error}")
             return True
         sha256 = hashlib.sha256(data).hexdigest()
-        headers = {
-            SIGNATURE_HEADER: self._sign(signed_parcel(self._vehicle_id, sha256)),
-            "Vehicle-Id": self._vehicle_id,
-        }
+        signature = self._sign(signed_parcel(self._vehicle_id, sha256))
         try:
-            response = await self._client.put(
-                parcel_path(sha256), content=data, headers=headers, timeout=TIMEOUT_S
-            )
+            response = await put_signed(self._client, parcel_path(sha256), self._vehicle_id, signature, data)
         except httpx.TransportError as error:
             self._note_trouble(
                 request_id, f"the server cannot be reached: {str(error) or type(error).__name__}"

@@ -1,7 +1,7 @@
 """Uploads finished run segments to the server, by content hash: a repeat is harmless."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import httpx
@@ -19,8 +19,21 @@ async def put_segment(
     client: httpx.AsyncClient, vehicle_id: str, sign: Callable[[bytes], str], data: bytes, sha256: str
 ) -> httpx.Response:
     """Uploads one signed segment. Raises httpx.TransportError."""
-    headers = {SIGNATURE_HEADER: sign(signed_segment(vehicle_id, sha256)), "Vehicle-Id": vehicle_id}
-    return await client.put(segment_path(sha256), content=data, headers=headers, timeout=TIMEOUT_S)
+    signature = sign(signed_segment(vehicle_id, sha256))
+    return await put_signed(client, segment_path(sha256), vehicle_id, signature, data)
+
+
+async def put_signed(
+    client: httpx.AsyncClient,
+    path: str,
+    vehicle_id: str,
+    signature: str,
+    data: bytes,
+    headers: Mapping[str, str] | None = None,
+) -> httpx.Response:
+    """One PUT of a vehicle's bytes with its signature. Raises httpx.TransportError."""
+    signed = {SIGNATURE_HEADER: signature, "Vehicle-Id": vehicle_id, **(headers or {})}
+    return await client.put(path, content=data, headers=signed, timeout=TIMEOUT_S)
 
 
 class SegmentUploader:

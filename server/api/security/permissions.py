@@ -23,6 +23,8 @@ LOOK = Permission(("viewer",), "read")
 DISPATCH = Permission(("dispatcher",), "drive")
 # Marks and recordings of what a vehicle records always, and what it sees now.
 RECORD = Permission(("dispatcher", "safety"), "drive")
+# Faces and plates may be in it; who looked at what is in the audit log.
+WATCH_VIDEO = Permission(("dispatcher", "safety"))
 PREVIEW = Permission(("dispatcher", "safety"), "drive")
 RUN_SERVICE = Permission(("dispatcher",))
 # What operators write about people is theirs alone.

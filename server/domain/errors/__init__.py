@@ -141,6 +141,7 @@ from server.domain.errors.service import (
     TimetableUnknown,
 )
 from server.domain.errors.store import OutcomeUnknown, StoreFailure, StoreUnavailable
+from server.domain.errors.videos import VideoSpanInvalid, VideoUnknown
 
 __all__ = (
     "AnnouncementInvalid",
@@ -264,6 +265,8 @@ __all__ = (
     "VehicleNotPlaced",
     "VehicleOutOfService",
     "VehicleUnknown",
+    "VideoSpanInvalid",
+    "VideoUnknown",
     "VisitUnknown",
     "WebhookDisabled",
     "WebhookInvalid",

@@ -11,6 +11,9 @@ TILES_FOLDER, TILE_ENDING = "localization-tiles", ".tile"
 SCANS_FOLDER, SCANS_ENDING = "scans", ".zip"
 # A vehicle ends a parcel at 8 MB; the map of a campus, with its picture, has less than this.
 SCANS_BYTES_MAX = 512 * 1024 * 1024
+VIDEOS_FOLDER, VIDEO_ENDING = "videos", ".webm"
+# Five minutes at 5 Mbit/s.
+VIDEO_BYTES_MAX = 256 * 1024 * 1024
 
 
 def open_segment_store(url: str, var_dir: Path, bytes_max: int) -> SegmentStore:
@@ -37,6 +40,11 @@ def open_tile_store(url: str, var_dir: Path) -> SegmentStore:
 def open_scan_store(url: str, var_dir: Path) -> SegmentStore:
     """Parcels of scans, and the maps proposed of them: in the folder `scans`, as `open_tile_store`."""
     return _open_beside(url, var_dir, SCANS_FOLDER, SCANS_BYTES_MAX, SCANS_ENDING)
+
+
+def open_video_store(url: str, var_dir: Path) -> SegmentStore:
+    """Video segments: in the folder `videos`, as `open_tile_store`."""
+    return _open_beside(url, var_dir, VIDEOS_FOLDER, VIDEO_BYTES_MAX, VIDEO_ENDING)
 
 
 def _open_beside(url: str, var_dir: Path, name: str, bytes_max: int, ending: str) -> SegmentStore:

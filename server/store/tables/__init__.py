@@ -65,6 +65,7 @@ from server.store.tables.service import (
     service_patterns,
     timetables,
 )
+from server.store.tables.videos import video_segments
 
 __all__ = [
     "announcements",
@@ -118,6 +119,7 @@ __all__ = [
     "vehicle_events",
     "vehicle_keys",
     "vehicles",
+    "video_segments",
     "webhooks",
     "whereabouts",
 ]

@@ -47,6 +47,7 @@ from server.usecases.ports.rides import (
 from server.usecases.ports.scans import ScanRepository
 from server.usecases.ports.service import DepartureRepository, ServiceRepository
 from server.usecases.ports.vehicles import EventRepository, HistoryRepository, VehicleRepository
+from server.usecases.ports.videos import VideoRepository
 from server.usecases.ports.views import Views
 
 T = TypeVar("T")
@@ -82,6 +83,7 @@ class UnitOfWork(Protocol):
     runs: RunRepository
     recordings: RecordingRepository
     scans: ScanRepository
+    videos: VideoRepository
     identity: IdentityRepository
     second_factors: SecondFactorRepository
     audit: AuditRepository

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import msgspec
+import structlog
 
 from contract.roads.load import encode_map
 from contract.roads.model import RoadMap
@@ -44,11 +45,13 @@ from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, Sensors, TickProcess
+from vehicle_agent.runtime.processes.video_process import serve_video
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
+from vehicle_agent.runtime.video.library import is_installed
 from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import (
     PLANNING_STACKS,
@@ -60,6 +63,8 @@ from vehicle_agent.stacks.choice import (
     worker_tracks,
 )
 from vehicle_agent.stacks.warm import warm_tick
+
+log = structlog.get_logger()
 
 SOFTWARE = "0.1.0"
 
@@ -122,7 +127,7 @@ def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
 
 
 def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
-    """The processes that read sensors, of the vehicles that have a sensors.toml."""
+    """The processes that read sensors or record cameras, of the vehicles that have a file of these."""
     jobs = []
     for place in places:
         files = AgentFolder(place.folder)
@@ -131,6 +136,12 @@ def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
             jobs.append(Job(f"lidars {name}", run_lidars, (place,)))
         if settings is not None and settings.addresses:
             jobs.append(Job(f"receivers {name}", run_receivers, (place,)))
+        if files.cameras() is not None and not is_installed():
+            log.error(
+                "video.not_recorded", vehicle_id=name, reason="PyAV is missing: install it with `make video`"
+            )
+        elif files.cameras() is not None:
+            jobs.append(Job(f"video {name}", run_video, (place,)))
     return jobs
 
 
@@ -150,6 +161,14 @@ def run_receivers(place: AgentPlace) -> None:
     assert settings is not None, "only vehicles with a sensors.toml have this process"
     with closing(place.clock.open(f"receivers {vehicle.vehicle_id}")) as clock:
         serve_receivers(ReceiverProcess(settings, vehicle.values_port, clock))
+
+
+def run_video(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    settings = files.cameras()
+    assert settings is not None, "only vehicles with a cameras.toml have this process"
+    with closing(place.clock.open(f"video {files.vehicle().vehicle_id}")) as clock:
+        serve_video(settings, files.video, clock, place.mail)
 
 
 def run_gate(place: AgentPlace) -> None:

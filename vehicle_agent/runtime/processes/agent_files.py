@@ -6,12 +6,14 @@ map.json          the campus map; map-VERSION.json one that was published, until
 speaking.toml     screens and loudspeaker, if this computer drives them (see `hmi_devices`)
 screen.toml       the onboard screen for passengers, if this computer serves one (see `screen_settings`)
 sensors.toml      lidars and receivers, if this computer reads them itself (see `sensors_file`)
+cameras.toml      cameras that are recorded, if there are (see `cameras_file`)
 key.pem           the vehicle's key
 point-map/        a map that scans are compared with, given by hand
 localization-maps/  maps that scans are compared with, fetched from the server (see `localization_files`)
 boot.count, link.count  numbers of starts of the tick and of the link
 outbox/           events and mission memory
 runs/BOOT/        run-log segments
+video/            video segments, named by camera and time (see `segment_names`)
 """
 
 import os
@@ -36,6 +38,7 @@ from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hm
 from vehicle_agent.runtime.processes.localization_files import LocalizationFiles
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 from vehicle_agent.runtime.sensors.sensors_file import SensorSettings, load_sensors
+from vehicle_agent.runtime.video.cameras_file import VideoSettings, load_cameras
 from vehicle_agent.stacks.choice import checked_localization_map, localization_kind
 
 log = structlog.get_logger()
@@ -79,6 +82,7 @@ class AgentFolder:
         self.outbox = root / "outbox"
         self.runs = root / "runs"
         self.scans = root / "scans"
+        self.video = root / "video"
         self.localization = LocalizationFiles(root)
 
     def vehicle(self) -> VehicleFile:
@@ -126,6 +130,10 @@ class AgentFolder:
     def sensors(self) -> SensorSettings | None:
         """Raises SensorsError."""
         return load_sensors(self.root / "sensors.toml")
+
+    def cameras(self) -> VideoSettings | None:
+        """Raises CamerasError."""
+        return load_cameras(self.root / "cameras.toml", Path(self.vehicle().scan_ring))
 
     def road_map(self) -> RoadMap:
         """Raises MapError."""

@@ -26,6 +26,7 @@ from vehicle_agent.link.map_download import MapNotTaken
 from vehicle_agent.link.scan_uploads import ScanUploads
 from vehicle_agent.link.session import Identity
 from vehicle_agent.link.upload import SegmentUploader
+from vehicle_agent.link.video_uploads import VideoUploads
 from vehicle_agent.runtime.order_tracing import LinkTracing
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.clock import Clock
@@ -45,6 +46,7 @@ from vehicle_agent.runtime.processes.mailbox import (
 )
 from vehicle_agent.runtime.processes.map_changer import MapChanger
 from vehicle_agent.runtime.processes.scan_track import track_of
+from vehicle_agent.runtime.processes.video_marks import VideoMarks
 from vehicle_agent.runtime.recording.recorder import SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
 from vehicle_agent.runtime.recording.scan_keeper import RequestReport
@@ -122,6 +124,13 @@ class VehicleLink:
             self._report_event,
             self._ask_for_scans,
         )
+        self._videos = VideoUploads(
+            vehicle_id, files.video / "outgoing", self._http, lambda text: signature_text(key, text)
+        )
+        self._marks = None
+        if files.cameras() is not None:
+            to = vehicle.mail / "video"
+            self._marks = VideoMarks(lambda mark: self._mailbox.post(to, mark))
         self._scan_maps = None
         if vehicle.identity.localizes_by:
             self._scan_maps = LocalizationChanger(
@@ -155,6 +164,7 @@ class VehicleLink:
                 tasks.create_task(self._uploader.run())
                 tasks.create_task(self._maps.run())
                 tasks.create_task(self._scans.run())
+                tasks.create_task(self._videos.run())
                 if self._scan_maps is not None:
                     tasks.create_task(self._scan_maps.run())
         finally:
@@ -186,6 +196,8 @@ class VehicleLink:
                 continue
             if self._scans.areas:
                 self._mailbox.post(self._keeper, track_of(mail))
+            if self._marks is not None:
+                self._marks.pass_on(mail.entries)
             self._notice_boot(mail)
             self._tick_is_up.set()
             if self._reports.full():

@@ -28,6 +28,7 @@ PUBLIC_CHANGES = {
     ("POST", "/enrolments"),
     ("PUT", "/runs/segments/{sha256}"),
     ("PUT", "/scan-parcels/{sha256}"),
+    ("PUT", "/video-segments/{sha256}"),
 }
 PUBLIC_READING = {
     ("GET", "/campus"),

@@ -61,6 +61,8 @@ OPERATORS_ONLY = {
     ("POST", "/maps/{map_version}/activations"),
     ("POST", "/localization-maps/{map_version}/activations"),
     ("DELETE", "/localization-maps/{map_version}"),
+    ("POST", "/vehicles/{vehicle_id}/video-views"),
+    ("GET", "/video-segments/{sha256}"),
     ("POST", "/scan-requests"),
     ("POST", "/scan-requests/{request_id}/end"),
     ("POST", "/scan-requests/{request_id}/maps"),

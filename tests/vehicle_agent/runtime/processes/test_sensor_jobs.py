@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from campusloop.cli import app_of
 from campusloop.shipped import DEFAULT_MAP
+from vehicle_agent.runtime.processes import agent
 from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
 
@@ -38,6 +39,18 @@ def test_each_kind_of_sensor_has_a_process(tmp_path: Path) -> None:
     assert sensor_jobs_of(a_vehicle(tmp_path / "b", INERTIAL)) == ["receivers shuttle-7"]
     both = sensor_jobs_of(a_vehicle(tmp_path / "c", LIDAR + INERTIAL))
     assert both == ["lidars shuttle-7", "receivers shuttle-7"]
+
+
+def test_cameras_have_one_process_where_their_library_is_installed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = a_vehicle(tmp_path, None)
+    text = '[cameras.front]\nsource = "ring"\n[cameras.rear]\nsource = "ring"\n'
+    (place.folder / "cameras.toml").write_text(text)
+    for is_there, expected in ((True, ["video shuttle-7"]), (False, [])):
+        monkeypatch.setattr(agent, "is_installed", lambda is_there=is_there: is_there)
+        names = [job.name for job in agent_jobs((place,))]
+        assert [name for name in names if name.startswith("video")] == expected
 
 
 def test_an_agent_whose_sensors_cannot_be_read_does_not_start(

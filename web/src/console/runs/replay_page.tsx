@@ -19,6 +19,7 @@ import { RunFiles } from "./run_files";
 import { RunPlayer } from "./run_player";
 import { ScanBlock } from "./scan_block";
 import { Timeline } from "./timeline";
+import { VideoBlock } from "./video_block";
 
 const STEP_MS = 200;
 
@@ -102,6 +103,7 @@ export function ReplayPage({ campus, vehicle_id, boot_id, first_ms }: ReplayPage
           )}
         </section>
         {scene !== null && <OnboardBlock player={player} />}
+        {scene !== null && <VideoBlock player={player} />}
         {scene !== null && <ScanBlock player={player} />}
         {scene !== null && <MarkList marks={player.marks.value} clock={clock} />}
         <RunFiles vehicle_id={vehicle_id} boot_id={boot_id} />

@@ -10,6 +10,7 @@ import { OnboardPieces, onboardOfRun } from "./onboard_pieces";
 import { sceneAt } from "./playback";
 import { PlaybackClock } from "./playback_clock";
 import { RunScans, scansOfRun } from "./run_scans";
+import { RunVideo, videoOf } from "./run_video";
 
 const SCENES_PER_REQUEST = 3000;
 const STEP_MS = 200;
@@ -45,6 +46,7 @@ export class RunPlayer {
     void this.scans.arrived.value;
     return this.scans.shown.value ? this.scans.at(this.clock.at_ms.value) : undefined;
   });
+  readonly video: RunVideo;
   private closed = false;
   private readonly stop: () => void;
 
@@ -56,6 +58,7 @@ export class RunPlayer {
   ) {
     this.pieces = new OnboardPieces(onboardOfRun(vehicle_id, boot_id));
     this.scans = new RunScans(scansOfRun(vehicle_id, boot_id));
+    this.video = new RunVideo(videoOf(vehicle_id));
     this.stop = effect(() => {
       if (this.scenes.value.length === 0) return;
       this.pieces.want(this.clock.at_ms.value, this.clock.playing.value);

@@ -11,6 +11,11 @@ export const replayEn = {
   play_speed: "Speed",
   replay: "Replay",
   replay_banner: "Replay",
+  run_video: "Video",
+  show_video: "Show the video",
+  video_missing:
+    "No video of this run has come. Shuttles with cameras send what lies in recordings and around marks.",
+  video_missing_now: "No video at this moment.",
   scan_on_map: "Scan against the point map",
   show_scan: "Show the scan",
   hide_scan: "Hide the scan",

@@ -2228,6 +2228,50 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/video-segments/{sha256}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Video Segment
+         * @description A segment's file.
+         */
+        get: operations["get_video_segment"];
+        /**
+         * Put Video Segment
+         * @description A segment of one camera, by the SHA-256 of its bytes. A repeat is harmless.
+         */
+        put: operations["put_video_segment"];
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/video-views": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Watch Video
+         * @description The segments that have come for a span, to be played. Who looks is in the audit log.
+         */
+        post: operations["watch_video"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/scan-requests/{request_id}/maps": {
         parameters: {
             query?: never;
@@ -8755,6 +8799,80 @@ export interface components {
             made_at: string;
             /** Note */
             note: string;
+        };
+        /**
+         * VideoSegmentView
+         * @description One file of one camera.
+         * @example {
+         *       "sha256": "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
+         *       "vehicle_id": "shuttle-1",
+         *       "camera": "front",
+         *       "begins_at": "2026-09-01T08:15:00Z",
+         *       "ends_at": "2026-09-01T08:16:00Z",
+         *       "size_bytes": 6100000
+         *     }
+         */
+        VideoSegmentView: {
+            /** Sha256 */
+            sha256: string;
+            /** Vehicle Id */
+            vehicle_id: string;
+            /** Camera */
+            camera: string;
+            /**
+             * Begins At
+             * Format: date-time
+             * @description Of its first picture, by the vehicle's clock, as in its run.
+             */
+            begins_at: string;
+            /**
+             * Ends At
+             * Format: date-time
+             */
+            ends_at: string;
+            /** Size Bytes */
+            size_bytes: number;
+        };
+        /**
+         * VideoSpan
+         * @example {
+         *       "begin": "2026-09-01T08:15:00Z",
+         *       "end": "2026-09-01T08:20:00Z"
+         *     }
+         */
+        VideoSpan: {
+            /**
+             * Begin
+             * Format: date-time
+             * @example 2026-09-01T08:15:00Z
+             */
+            begin: string;
+            /**
+             * End
+             * Format: date-time
+             * @example 2026-09-01T08:15:00Z
+             */
+            end: string;
+        };
+        /**
+         * VideoView
+         * @description What has come of a vehicle's cameras for a span, by camera and time.
+         * @example {
+         *       "segments": [
+         *         {
+         *           "sha256": "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
+         *           "vehicle_id": "shuttle-1",
+         *           "camera": "front",
+         *           "begins_at": "2026-09-01T08:15:00Z",
+         *           "ends_at": "2026-09-01T08:16:00Z",
+         *           "size_bytes": 6100000
+         *         }
+         *       ]
+         *     }
+         */
+        VideoView: {
+            /** Segments */
+            segments: components["schemas"]["VideoSegmentView"][];
         };
         /**
          * VisitScene
@@ -18859,6 +18977,278 @@ export interface operations {
             };
             /** @description Service Unavailable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_video_segment: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description WebM; ranges of it are answered too. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "video/webm": string;
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_video_segment: {
+        parameters: {
+            query?: never;
+            header: {
+                "Vehicle-Id": string;
+                /** @description Base64 of the Ed25519 signature over the kind of request ('campusloop-segment', 'campusloop-map', 'campusloop-localization-map', 'campusloop-scans'), the vehicle id, and the hash or version, one a line. */
+                "Vehicle-Signature": string;
+                /** @description The segment's file name. */
+                "Video-Segment": string;
+            };
+            path: {
+                sha256: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description The segment was there already. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VideoSegmentView"];
+                };
+            };
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VideoSegmentView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Request Entity Too Large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Service Unavailable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    watch_video: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["VideoSpan"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VideoView"];
+                };
+            };
+            /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -1,0 +1,67 @@
+"""cameras.toml: what cannot be meant is refused with the camera's name."""
+
+from pathlib import Path
+
+import pytest
+
+from vehicle_agent.runtime.video.cameras_file import CamerasError, load_cameras
+
+RING = Path("/dev/shm/scans")
+
+
+def loaded(folder: Path, text: str) -> object:
+    path = folder / "cameras.toml"
+    path.write_text(text)
+    return load_cameras(path, RING)
+
+
+def test_without_the_file_nothing_is_recorded(tmp_path: Path) -> None:
+    assert load_cameras(tmp_path / "cameras.toml", RING) is None
+
+
+def test_sources_are_found(tmp_path: Path) -> None:
+    (tmp_path / "secret").write_text("a:b@c\n")
+    text = """
+        keep_gib = 5
+        [cameras.front]
+        source = "/dev/video0"
+        [cameras.left]
+        source = "rtsp://10.0.0.7/main"
+        user = "shuttle"
+        password_file = "secret"
+        [cameras.rear]
+        source = "ring"
+        [cameras.right]
+        source = "right.avi"
+        """
+    (tmp_path / "cameras.toml").write_text(text)
+    settings = load_cameras(tmp_path / "cameras.toml", RING)
+    assert settings is not None
+    assert settings.keep_gib == 5.0
+    assert {one.name: one.address for one in settings.cameras} == {
+        "front": "/dev/video0",
+        "left": "rtsp://shuttle:a%3Ab%40c@10.0.0.7/main",
+        "rear": "/dev/shm/scans-rear.pictures",
+        "right": str(tmp_path / "right.avi"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "cameras"),
+        ("[cameras]", "0 cameras"),
+        ('[cameras.Front]\nsource = "ring"', "'Front'"),
+        ('[cameras.front]\nsource = "http://10.0.0.7/"', "rtsp"),
+        ('[cameras.front]\nsource = "rtsp://me:secret@10.0.0.7/"', "password_file"),
+        ('[cameras.front]\nsource = "ring"\nwidth_px = 641', "width_px"),
+        ('[cameras.front]\nsource = "ring"\nrate_hz = nan', "rate_hz"),
+        ('[cameras.front]\nsource = "/dev/video0"\n[cameras.rear]\nsource = "/dev/video0"', "same source"),
+        ('[cameras.front]\nsource = "rtsp://h/"\nuser = "u"\npassword_file = "none"', "none"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(CamerasError, match=r"cameras\.toml") as refused:
+        loaded(tmp_path, text)
+    assert said in str(refused.value)
+    assert "secret" not in str(refused.value) or "password_file" in str(refused.value)
