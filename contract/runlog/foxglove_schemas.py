@@ -28,6 +28,14 @@ _vector = _object(x=_number, y=_number, z=_number)
 _quaternion = _object(x=_number, y=_number, z=_number, w=_number)
 _pose = _object(position=_vector, orientation=_quaternion)
 _color = _object(r=_number, g=_number, b=_number, a=_number)
+_arrow = _object(
+    pose=_pose,
+    shaft_length=_number,
+    shaft_diameter=_number,
+    head_length=_number,
+    head_diameter=_number,
+    color=_color,
+)
 _cube = _object(pose=_pose, size=_vector, color=_color)
 _cylinder = _object(pose=_pose, size=_vector, bottom_scale=_number, top_scale=_number, color=_color)
 _line = _object(
@@ -50,6 +58,7 @@ _entity = _object(
     lifetime=_duration,
     frame_locked=_boolean,
     metadata=_list_of(_object(key=_string, value=_string)),
+    arrows=_list_of(_arrow),
     cubes=_list_of(_cube),
     cylinders=_list_of(_cylinder),
     lines=_list_of(_line),
