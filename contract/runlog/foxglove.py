@@ -170,7 +170,10 @@ def entity(
     lines: Sequence[Primitive] = (),
     texts: Sequence[Primitive] = (),
 ) -> Entity:
-    """Replaces the entity of the same id; stays for lifetime_s, 0: until it is replaced."""
+    """Replaces the entity of the same id; stays for lifetime_s, 0: until it is replaced.
+
+    The published schema requires every kind of primitive, also those that are not drawn.
+    """
     return {
         "timestamp": timestamp(utc_ns),
         "frame_id": MAP_FRAME,
@@ -180,9 +183,12 @@ def entity(
         "metadata": [{"key": key, "value": value} for key, value in metadata],
         "arrows": arrows,
         "cubes": cubes,
+        "spheres": [],
         "cylinders": cylinders,
         "lines": lines,
+        "triangles": [],
         "texts": texts,
+        "models": [],
     }
 
 

@@ -20,8 +20,8 @@ const CELL_M = 0.2;
 const CELL_PX_MIN = 2;
 const POINT_PX = 1.5;
 const TRACK_PX_MIN = 7;
-/** From this zoom on tracks are drawn, and from the next on their numbers. */
-const TRACKS_FROM_PX_PER_M = 1.5;
+/** From this zoom on tracks and signs are drawn, and from the next on their numbers. */
+const THINGS_FROM_PX_PER_M = 1.5;
 const NUMBERS_FROM_PX_PER_M = 6;
 const SIGN_PX = 9;
 const BARB_PX = 7;
@@ -50,8 +50,8 @@ export function pointsLayer({ points = [], scan = null }: OnboardScene): MapLaye
 /** Draws road users as the shuttle tracks them, and traffic signs. */
 export function seenLayer({ tracks = [], signs = [], tracks_by = "" }: OnboardScene): MapLayer {
   return (context, camera, palette) => {
-    if (camera.px_per_m >= TRACKS_FROM_PX_PER_M)
-      for (const track of tracks) drawTrack(context, camera, palette, track, tracks_by === "own");
+    if (camera.px_per_m < THINGS_FROM_PX_PER_M) return;
+    for (const track of tracks) drawTrack(context, camera, palette, track, tracks_by === "own");
     for (const sign of signs) drawSign(context, camera, palette, sign);
   };
 }
