@@ -19,7 +19,7 @@ import {
 const CELL_M = 0.2;
 const CELL_PX_MIN = 2;
 const POINT_PX = 1.5;
-const TRACK_PX_MIN = 7;
+const TRACK_PX_MIN = 9;
 /** From this zoom on tracks and signs are drawn, and from the next on their numbers. */
 const THINGS_FROM_PX_PER_M = 1.5;
 const NUMBERS_FROM_PX_PER_M = 6;
@@ -85,11 +85,11 @@ function drawTrack(
     for (const corner of cornersOf(track, TRACK_PX_MIN * px_m)) context.lineTo(...corner);
     context.closePath();
   }
+  context.strokeStyle = palette.halo;
+  context.lineWidth = 5 * px_m;
+  context.stroke();
   context.fillStyle = palette.seen[kind];
   context.fill();
-  context.strokeStyle = palette.halo;
-  context.lineWidth = 4 * px_m;
-  context.stroke();
   context.strokeStyle = yielded_to ? palette.yielded_to : palette.ink;
   context.lineWidth = (yielded_to ? 3 : 1.5) * px_m;
   context.setLineDash(is_own ? [] : [4 * px_m, 3 * px_m]);

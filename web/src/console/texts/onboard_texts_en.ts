@@ -8,7 +8,7 @@ export const onboardEn = {
   cells_of_scan: (cells: number, age_s: string) => `${cells} cells, ${age_s} s old`,
   seen: "What it sees",
   tracks_by: {
-    "": "This shuttle tells no road users apart; it sees obstacle cells only.",
+    "": "This shuttle tells no road users apart: they are obstacle cells to it.",
     own: "Road users are found by its own lidars (solid outline); numbers are its own.",
     tracker: "Road users come from another computer of the shuttle (dashed outline).",
   },

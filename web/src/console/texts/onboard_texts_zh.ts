@@ -9,7 +9,7 @@ export const onboardZh: typeof onboardEn = {
   cells_of_scan: (cells, age_s) => `${cells} 个栅格，${age_s} 秒前`,
   seen: "车辆所见",
   tracks_by: {
-    "": "此车不区分道路使用者，只有障碍栅格。",
+    "": "此车不区分道路使用者，一律视为障碍栅格。",
     own: "道路使用者由本车激光雷达发现（实线轮廓），编号为本车所编。",
     tracker: "道路使用者来自车上另一台计算机（虚线轮廓）。",
   },
