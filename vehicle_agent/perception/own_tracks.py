@@ -9,7 +9,7 @@ from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.pillars.sweeps import Sweep
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.deskew import straightened
-from vehicle_agent.perception.thinned_scans import ThinnedScans
+from vehicle_agent.perception.thinned_scans import ScanThinning, ThinnedScans
 from vehicle_agent.signals import Percept, SignPercept, ThinnedScan
 from vehicle_agent.signals.objects import EgoMotion, SeenObjects
 
@@ -17,13 +17,21 @@ from vehicle_agent.signals.objects import EgoMotion, SeenObjects
 class TracksWorker:
     """Obstacle cells and tracks from the points, scan after scan."""
 
-    def __init__(self, perception: PointPerception, detector: PillarDetector | None = None) -> None:
-        """detector: a network that looks at the same scans; None: clusters alone."""
+    def __init__(
+        self,
+        perception: PointPerception,
+        detector: PillarDetector | None = None,
+        thinning: ScanThinning | None = None,
+    ) -> None:
+        """detector: a network that looks at the same scans; None: clusters alone.
+
+        thinning  of scans that are shown
+        """
         self._perception, self._detector = perception, detector
         self._sweeps: tuple[Sweep, ...] = ()
         self._way = ReckonedWay()
         self._state = perception.initial()
-        self._shown = ThinnedScans()
+        self._shown = ThinnedScans(thinning)
 
     def take(self, motion: EgoMotion) -> None:
         self._way = self._way.with_motion(motion)

@@ -15,6 +15,7 @@ class ScanThinning(msgspec.Struct, frozen=True):
     every_ns             between two scans that are shown
     above_m, below_m     heights above the plane of the wheels: not the road, not what hangs over it
     reach_m              from the rear axle
+    own_m                rear, front and half width of what is taken for the own body's returns, base frame
     looked_at_max        points: of a larger scan every second, third ... is taken
     voxel_m, points_max  one point in each cube of this side; the side is doubled until the points are so few
     """
@@ -23,6 +24,7 @@ class ScanThinning(msgspec.Struct, frozen=True):
     above_m: float = 0.2
     below_m: float = 4.0
     reach_m: float = 40.0
+    own_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     looked_at_max: int = 24_000
     voxel_m: float = 0.25
     points_max: int = 1_200
@@ -36,7 +38,9 @@ class ScanThinning(msgspec.Struct, frozen=True):
         points = self.some_of(points_base)
         heights, ranges_m = points[:, 2], np.hypot(points[:, 0], points[:, 1])
         is_shown = (heights > self.above_m) & (heights < self.below_m) & (ranges_m < self.reach_m)
-        points, side_m = points[is_shown], self.voxel_m
+        rear_m, front_m, side_m = self.own_m
+        is_own = (points[:, 0] > rear_m) & (points[:, 0] < front_m) & (np.abs(points[:, 1]) < side_m)
+        points, side_m = points[is_shown & ~is_own], self.voxel_m
         kept = _one_in_each(points, side_m)
         while len(kept) > self.points_max:
             side_m *= 2.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.perception.signs.boards import SignFinder
-from vehicle_agent.perception.thinned_scans import ThinnedScans
+from vehicle_agent.perception.thinned_scans import ScanThinning, ThinnedScans
 from vehicle_agent.signals import Percept, SignPercept, ThinnedScan
 from vehicle_agent.signals.objects import EgoMotion
 
@@ -41,10 +41,15 @@ class PerceptionWorker(Protocol):
 class CellsWorker:
     """Obstacle cells by the height map; road users come from another computer, or the stack tracks none."""
 
-    def __init__(self, height_map: HeightMap, sign_finder: SignFinder | None = None) -> None:
-        """sign_finder: None for a stack that reads no signs."""
+    def __init__(
+        self,
+        height_map: HeightMap,
+        sign_finder: SignFinder | None = None,
+        thinning: ScanThinning | None = None,
+    ) -> None:
+        """sign_finder: None for a stack that reads no signs. thinning: of scans that are shown."""
         self._height_map, self._sign_finder = height_map, sign_finder
-        self._shown = ThinnedScans()
+        self._shown = ThinnedScans(thinning)
 
     def take(self, motion: EgoMotion) -> None:
         """Cells need no motion."""

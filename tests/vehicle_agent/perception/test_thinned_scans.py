@@ -5,7 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from vehicle_agent.config import Profile
 from vehicle_agent.perception.thinned_scans import ScanThinning, ThinnedScans
+from vehicle_agent.stacks.rooms import scan_thinning
 
 COORDINATES = st.floats(-60.0, 60.0, width=32) | st.sampled_from([np.nan, np.inf, -np.inf])
 SCANS = st.integers(0, 300).flatmap(lambda n: arrays(np.float32, (n, 3), elements=COORDINATES))
@@ -41,6 +43,14 @@ def test_a_wall_of_many_points_keeps_its_ends_and_a_lone_thing_its_point() -> No
     assert on_wall[:, 0].min() < -19.5
     assert on_wall[:, 0].max() > 19.5
     assert np.diff(np.sort(on_wall[:, 0])).max() < 0.6
+
+
+def test_the_own_roof_is_not_shown_and_a_person_before_the_bumper_is() -> None:
+    thinning = scan_thinning(Profile())
+    body = Profile().body
+    roof = [[x, 0.0, body.height_m] for x in np.linspace(-body.rear_overhang_m, body.front_overhang_m, 20)]
+    person = [body.front_overhang_m + 0.6, 0.0, 1.0]
+    assert points_of(np.array([*roof, person], np.float32), thinning).shape == (1, 3)
 
 
 def test_a_scan_a_second_is_shown_also_after_the_clock_went_back() -> None:
