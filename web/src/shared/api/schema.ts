@@ -1923,7 +1923,9 @@ export interface paths {
         put?: never;
         /**
          * Ask For Scene
-         * @description The vehicle sends obstacle cells, limits, its s-t graph and tick times for 60 s; ask again for more.
+         * @description The vehicle sends what it sees and plans for 60 s; ask again for more.
+         *
+         *     Obstacle cells, road users, signs, points of its lidars, limits, its s-t graph and tick times.
          *
          *     A vehicle that is out of reach is not asked. One that hears of it more than 10 s later refuses.
          */
