@@ -264,6 +264,11 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.stack in ("nus", "snow_lion")
 
     @property
+    def tracks_by(self) -> Literal["", "own", "tracker"]:
+        """Who finds road users; "": the stack tracks none."""
+        return self.perception if self.tracks_road_users else ""
+
+    @property
     def has_tracker(self) -> bool:
         """Tracks come from another computer of the vehicle."""
         return self.tracks_road_users and self.perception == "tracker"

@@ -117,8 +117,12 @@ class VirtualVehicle:
             0,
             localization_map=self._localization_map,
         )
-        recorder = Recorder(header, setup.profile.body, setup.road_map.observation_areas)
-        self.wired.boot(VehicleComputer(car, state, recorder, setup.utc_offset_ns))
+        recorder = Recorder(
+            header, setup.profile.body, setup.road_map.observation_areas, setup.profile.tracks_by
+        )
+        self.wired.boot(
+            VehicleComputer(car, state, recorder, setup.utc_offset_ns, tracks_by=setup.profile.tracks_by)
+        )
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
         self._bridge, self._update_writer = bridge, TickUpdateWriter()
         self.link = VirtualLink(bridge, self._dial)

@@ -25,6 +25,7 @@ from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.processes.localization_process import MATCHED_SOURCE
+from vehicle_agent.runtime.processes.worker_process import THINNED_SOURCE
 from vehicle_agent.signals import (
     CanFrame,
     InboxBody,
@@ -36,6 +37,7 @@ from vehicle_agent.signals import (
     PlanJob,
     ScanAnswer,
     SignPercept,
+    ThinnedScan,
     TrackPercept,
 )
 from vehicle_agent.signals.objects import EgoMotion
@@ -176,7 +178,7 @@ class WiredVehicle:
         self._bus = WiredGate(vehicle_id, profile, world, mask)
         self._perception = build_perception_worker(profile)
         self.planner: Planner | None = build_planner(profile, road_map)
-        self._percepts: deque[tuple[int, Percept | SignPercept]] = deque()
+        self._percepts: deque[tuple[int, Percept | SignPercept | ThinnedScan]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.localization: WiredLocalization | None = self._new_localization()
         self.computer: VehicleComputer | None = None
@@ -239,12 +241,17 @@ class WiredVehicle:
             for signs in self._perception.signs(rows, now_ns):
                 self._percepts.append((now_ns + PERCEPT_DELAY_NS, signs))
             self.percept_cpu_ms.append(1e3 * (time.process_time() - began_s))
+            thinned = self._perception.thinned(rows, now_ns)
+            if thinned is not None:
+                self._percepts.append((now_ns + PERCEPT_DELAY_NS, thinned))
         # A stack's map is made by the sensor that it compares with it.
         placed = planar if self._profile.stack == "nus" else scan
         if placed is not None and self.localization is not None:
             self.localization.see(placed[0], now_ns)
         while self._percepts and self._percepts[0][0] <= now_ns:
-            self._deliver("worker", self._percepts.popleft()[1], now_ns, input_filter)
+            seen = self._percepts.popleft()[1]
+            source = THINNED_SOURCE if isinstance(seen, ThinnedScan) else "worker"
+            self._deliver(source, seen, now_ns, input_filter)
         while self._plans and self._plans[0][0] <= now_ns:
             self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
         for answer in () if self.localization is None else self.localization.due(now_ns):

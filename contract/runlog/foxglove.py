@@ -89,12 +89,22 @@ def point_cloud(utc_ns: int, points_map: np.ndarray) -> bytes:
     """points_map (n, 2), drawn at 0.5 m above the ground."""
     points = np.full((len(points_map), 3), 0.5, dtype=np.float32)
     points[:, :2] = points_map
+    return _cloud(utc_ns, NO_POSE, points)
+
+
+def scan_cloud(utc_ns: int, pose_map: Pose2, points_base: np.ndarray) -> bytes:
+    """points_base (n, 3) of one scan, measured at pose_map."""
+    return _cloud(utc_ns, pose_map, points_base.astype(np.float32))
+
+
+def _cloud(utc_ns: int, pose_map: Pose2, points: np.ndarray) -> bytes:
+    """points (n, 3) float32, in the frame of that pose."""
     fields = [{"name": name, "offset": 4 * i, "type": FLOAT32} for i, name in enumerate("xyz")]
     return msgspec.json.encode(
         {
             "timestamp": timestamp(utc_ns),
             "frame_id": MAP_FRAME,
-            "pose": pose3(NO_POSE),
+            "pose": pose3(pose_map),
             "point_stride": 12,
             "fields": fields,
             "data": base64.b64encode(points.tobytes()).decode(),
@@ -109,8 +119,36 @@ def points_of(cloud: bytes) -> np.ndarray:
     return points
 
 
+def scan_of(cloud: bytes) -> tuple[Pose2, np.ndarray]:
+    """(pose, points (n, 3) in its frame) of a message of `scan_cloud`. Raises like `points_of`."""
+    found = msgspec.json.decode(cloud, type=_ScanCloud)
+    place, turn = found.pose.position, found.pose.orientation
+    points = np.frombuffer(base64.b64decode(found.data), dtype=np.float32).reshape(-1, 3)
+    return Pose2(place.x, place.y, 2.0 * math.atan2(turn.z, turn.w)), points
+
+
 class _CloudData(msgspec.Struct):
     data: str
+
+
+class _Place(msgspec.Struct):
+    x: float
+    y: float
+
+
+class _Turn(msgspec.Struct):
+    z: float
+    w: float
+
+
+class _CloudPose(msgspec.Struct):
+    position: _Place
+    orientation: _Turn
+
+
+class _ScanCloud(msgspec.Struct):
+    data: str
+    pose: _CloudPose
 
 
 def scene_update(entities: list[Entity]) -> bytes:
@@ -125,29 +163,53 @@ def entity(
     entity_id: str,
     *,
     lifetime_s: int = 1,
+    metadata: Sequence[tuple[str, str]] = (),
+    arrows: Sequence[Primitive] = (),
     cubes: Sequence[Primitive] = (),
     cylinders: Sequence[Primitive] = (),
     lines: Sequence[Primitive] = (),
     texts: Sequence[Primitive] = (),
 ) -> Entity:
-    """Replaces the entity of the same id; stays for lifetime_s, 0: until it is replaced."""
+    """Replaces the entity of the same id; stays for lifetime_s, 0: until it is replaced.
+
+    The published schema requires every kind of primitive, also those that are not drawn.
+    """
     return {
         "timestamp": timestamp(utc_ns),
         "frame_id": MAP_FRAME,
         "id": entity_id,
         "lifetime": {"sec": lifetime_s, "nsec": 0},
         "frame_locked": False,
-        "metadata": [],
+        "metadata": [{"key": key, "value": value} for key, value in metadata],
+        "arrows": arrows,
         "cubes": cubes,
+        "spheres": [],
         "cylinders": cylinders,
         "lines": lines,
+        "triangles": [],
         "texts": texts,
+        "models": [],
     }
 
 
-def cube(centre_map: Pose2, size_m: tuple[float, float, float], color: Color) -> Primitive:
-    """A box that stands on the ground: length, width, height."""
-    return {"pose": pose3(centre_map, size_m[2] / 2.0), "size": _vector(*size_m), "color": color}
+def arrow(tail_map: Pose2, length_m: float, color: Color, z_m: float = 0.2) -> Primitive:
+    """Level, from tail_map in the direction of its yaw; the head is a third of it, and at most 0.5 m."""
+    head_m = min(0.5, length_m / 3.0)
+    return {
+        "pose": pose3(tail_map, z_m),
+        "shaft_length": round(length_m - head_m, 2),
+        "shaft_diameter": 0.1,
+        "head_length": round(head_m, 2),
+        "head_diameter": 0.3,
+        "color": color,
+    }
+
+
+def cube(
+    centre_map: Pose2, size_m: tuple[float, float, float], color: Color, bottom_m: float = 0.0
+) -> Primitive:
+    """A box of length, width and height that stands on the ground, or bottom_m above it."""
+    return {"pose": pose3(centre_map, bottom_m + size_m[2] / 2.0), "size": _vector(*size_m), "color": color}
 
 
 def cylinder(centre_map: Pose2, diameter_m: float, height_m: float, color: Color) -> Primitive:

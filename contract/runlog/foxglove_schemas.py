@@ -10,7 +10,8 @@ _Fields = dict[str, object]
 
 
 def _object(**properties: object) -> _Fields:
-    return {"type": "object", "properties": properties}
+    """Every field is required, as in the published schemas."""
+    return {"type": "object", "properties": properties, "required": list(properties)}
 
 
 def _list_of(items: _Fields) -> _Fields:
@@ -28,7 +29,32 @@ _vector = _object(x=_number, y=_number, z=_number)
 _quaternion = _object(x=_number, y=_number, z=_number, w=_number)
 _pose = _object(position=_vector, orientation=_quaternion)
 _color = _object(r=_number, g=_number, b=_number, a=_number)
+_arrow = _object(
+    pose=_pose,
+    shaft_length=_number,
+    shaft_diameter=_number,
+    head_length=_number,
+    head_diameter=_number,
+    color=_color,
+)
 _cube = _object(pose=_pose, size=_vector, color=_color)
+_sphere = _object(pose=_pose, size=_vector, color=_color)
+_triangles = _object(
+    pose=_pose,
+    points=_list_of(_vector),
+    color=_color,
+    colors=_list_of(_color),
+    indices=_list_of(_integer),
+)
+_model = _object(
+    pose=_pose,
+    scale=_vector,
+    color=_color,
+    override_color=_boolean,
+    url=_string,
+    media_type=_string,
+    data={"type": "string", "contentEncoding": "base64"},
+)
 _cylinder = _object(pose=_pose, size=_vector, bottom_scale=_number, top_scale=_number, color=_color)
 _line = _object(
     type=_integer,
@@ -50,10 +76,14 @@ _entity = _object(
     lifetime=_duration,
     frame_locked=_boolean,
     metadata=_list_of(_object(key=_string, value=_string)),
+    arrows=_list_of(_arrow),
     cubes=_list_of(_cube),
+    spheres=_list_of(_sphere),
     cylinders=_list_of(_cylinder),
     lines=_list_of(_line),
+    triangles=_list_of(_triangles),
     texts=_list_of(_text),
+    models=_list_of(_model),
 )
 _deletion = _object(timestamp=_time, type=_integer, id=_string)
 _field = _object(name=_string, offset=_integer, type=_integer)

@@ -42,7 +42,18 @@ from contract.wire.events import (
 from contract.wire.infrastructure import Presence, PresenceRefused, PresenceReport
 from contract.wire.localization_maps import LocalizationMapPublished
 from contract.wire.maps import MapPublished
-from contract.wire.onboard_scene import LimitAhead, OnboardScene, PathTimes, PathTrack, RoomTime, TickTimes
+from contract.wire.onboard_scene import (
+    LimitAhead,
+    OnboardScene,
+    PathTimes,
+    PathTrack,
+    RoomTime,
+    ShownScan,
+    ShownSign,
+    ShownTrack,
+    TickTimes,
+    TracksBy,
+)
 from contract.wire.orders import (
     Grants,
     Order,
@@ -145,10 +156,14 @@ __all__ = (
     "SectionGrant",
     "SectionReleased",
     "ServerMessage",
+    "ShownScan",
+    "ShownSign",
+    "ShownTrack",
     "Status",
     "TapAnswered",
     "TickTimes",
     "TrackReport",
+    "TracksBy",
     "TurnSignal",
     "VehicleEvent",
     "VehicleMessage",

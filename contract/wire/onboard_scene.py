@@ -1,19 +1,36 @@
 """What one vehicle sees and plans in detail, on request: what the status and its driving view leave out."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
 from contract.wire.base import Message
-from contract.wire.bounds import Coordinate, Count, Distance, Duration, ShortText, Speed, StampNs
+from contract.wire.bounds import (
+    Angle,
+    BodyLength,
+    Coordinate,
+    Count,
+    Distance,
+    Duration,
+    ShortText,
+    Speed,
+    StampNs,
+)
 from contract.wire.reasons import SpeedLimitReason
 
-# Of one scene: 600 points and the graph of a busy crossing take 15 kB of JSON.
 SCENE_POINTS_MAX = 600
+SCENE_TRACKS_MAX = 100
+SCENE_SIGNS_MAX = 100
+SCAN_POINTS_MAX = 2_000
 KNOTS_MAX = 200
 PATH_TRACKS_MAX = 100
 LIMITS_MAX = 100
 ROOMS_MAX = 50
+
+# Who finds road users: the vehicle in its own scans, or another computer; "": the vehicle has cells only.
+TracksBy = Literal["", "own", "tracker"]
+# "board": a sign whose shape is not known yet; "other": neither stop nor yield.
+SignKind = Literal["stop", "yield", "board", "other"]
 
 
 class LimitAhead(msgspec.Struct, frozen=True, array_like=True):
@@ -71,13 +88,60 @@ class TickTimes(msgspec.Struct, frozen=True):
     late_us: Count
 
 
+class ShownTrack(msgspec.Struct, frozen=True, array_like=True):
+    """A road user that the vehicle sees: as in `TrackReport`, with its velocity along the map's axes."""
+
+    track_id: StampNs
+    kind: ShortText
+    x_m: Coordinate
+    y_m: Coordinate
+    yaw_rad: Angle
+    length_m: BodyLength
+    width_m: BodyLength
+    velocity_x_mps: Speed
+    velocity_y_mps: Speed
+    yielded_to: bool = False
+
+
+class ShownSign(msgspec.Struct, frozen=True, array_like=True):
+    """A traffic sign that the vehicle sees.
+
+    yaw_rad     of its face, towards those for whom it stands
+    distance_m  from the rear axle's centre
+    """
+
+    sign_id: StampNs
+    kind: SignKind
+    x_m: Coordinate
+    y_m: Coordinate
+    yaw_rad: Angle
+    distance_m: Distance
+
+
+class ShownScan(msgspec.Struct, frozen=True):
+    """Points of one lidar scan above the road, thinned.
+
+    x_m, y_m    the place in the map from which offsets count; age_s: since the scan
+    offsets_cm  int16, little-endian: x0, y0, z0, x1, ... along the map's axes; z from the ground under the
+                rear axle
+    """
+
+    x_m: Coordinate
+    y_m: Coordinate
+    age_s: Duration
+    offsets_cm: Annotated[bytes, msgspec.Meta(max_length=6 * SCAN_POINTS_MAX)]
+
+
 class OnboardScene(Message, frozen=True, tag="onboard_scene"):
-    """What a vehicle sees and plans. Path, tracks and areas are in the status of the same moment.
+    """What a vehicle sees and plans. Path, predictions and areas are in the status of the same moment.
 
     points        x0, y0, x1, y1, ... obstacle cells, map frame, the nearest; points_age_s since their scan
     guard         what the guard does against the plan, "" for nothing
     path_times    None of a stack that plans no times
     tick_times    None where ticks are not timed, as in virtual time
+    tracks_by     who finds road users; tracks: the nearest, tracks_age_s since the scan that shows them
+    scan          the newest; None without one of the last seconds. In a recorded run it is with the first
+                  scene after it
     """
 
     epoch: Count
@@ -89,3 +153,8 @@ class OnboardScene(Message, frozen=True, tag="onboard_scene"):
     guard: ShortText = ""
     path_times: PathTimes | None = None
     tick_times: TickTimes | None = None
+    tracks_by: TracksBy = ""
+    tracks: Annotated[tuple[ShownTrack, ...], msgspec.Meta(max_length=SCENE_TRACKS_MAX)] = ()
+    tracks_age_s: Duration = 0.0
+    signs: Annotated[tuple[ShownSign, ...], msgspec.Meta(max_length=SCENE_SIGNS_MAX)] = ()
+    scan: ShownScan | None = None

@@ -15,6 +15,7 @@ from contract.runlog.matched_scans import AGREES, NEW, matched_scan
 from contract.runlog.records import (
     MARK_TOPIC,
     ONBOARD_TOPIC,
+    POINTS_TOPIC,
     REPORT_TOPIC,
     SCAN_TOPIC,
     RunHeader,
@@ -26,7 +27,7 @@ from contract.wire.codec import encode
 from contract.wire.messages import LocalizationReport, Status
 from contract.wire.reasons import LocalizationPhase
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
-from tests.e2e.onboard_scene import a_scene
+from tests.e2e.onboard_scene import a_scan, a_scene
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 
 TICK_NS = 20_000_000
@@ -88,7 +89,10 @@ def record_run(
                 writer.add(SCAN_TOPIC, stamp_ns, msgspec.json.encode(scan))
             if sees:
                 x_m, y_m, _ = network.pose(lane_id, s_m)
-                writer.add(ONBOARD_TOPIC, stamp_ns, encode(a_scene(stamp_ns, x_m, y_m)))
+                if tick % 50 == 0:
+                    writer.add(POINTS_TOPIC, stamp_ns, a_scan(stamp_ns + UTC_OFFSET_NS, x_m, y_m))
+                scene = msgspec.structs.replace(a_scene(stamp_ns, x_m, y_m), scan=None)
+                writer.add(ONBOARD_TOPIC, stamp_ns, encode(scene))
     if mark is not None:
         stamp_ns = mark[0] * 1_000_000_000
         entry = recording_mark(stamp_ns + UTC_OFFSET_NS, mark[1], "mark", "command-of-another-server")

@@ -42,6 +42,18 @@ def test_a_replay_shows_what_the_shuttle_saw_and_planned(
     expect(seen).to_contain_text("12 to 20 m: 5 km/h")
     expect(seen).to_contain_text("Slowest tick: 4.1 of 20 ms")
     expect(seen.get_by_role("row", name="planning")).to_contain_text("2.40 ms")
+    # The first scan is of the first second.
+    console.get_by_role("slider").press("End")
+    things = seen.get_by_role("region", name="What it sees")
+    expect(things).to_contain_text("found by its own lidars")
+    expect(things).to_contain_text("pedestrian: 1")
+    expect(things).to_contain_text("Stop sign, 12 m away")
+    expect(things).to_contain_text("Sign, not read yet, 18 m away")
+    expect(things).to_contain_text("160 lidar points above the road")
+    things.get_by_text("4 road users, 0.1 s old").click()
+    person = things.get_by_role("row").filter(has=console.get_by_role("rowheader", name="7", exact=True))
+    expect(person).to_contain_text("pedestrian · gives way to")
+    expect(person).to_contain_text("5.0 km/h")
     if screenshots is not None:
         seen.scroll_into_view_if_needed()
         console.screenshot(path=screenshots / "onboard-replay.png")
@@ -65,6 +77,8 @@ def test_a_shuttle_shows_what_it_sees_on_request_and_its_age_is_told_when_it_end
     panel.get_by_text("What it sees and plans", exact=True).click()
     panel.get_by_role("button", name="Show what it sees").click()
     expect(panel).to_contain_text("passes people slowly")
+    expect(panel).to_contain_text("Yield sign, 11 m away")
+    expect(panel).to_contain_text("160 lidar points above the road")
     expect(panel.get_by_role("button", name="One minute more")).to_be_visible()
     if screenshots is not None:
         console.screenshot(path=screenshots / "onboard-live.png")

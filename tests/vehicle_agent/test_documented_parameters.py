@@ -50,6 +50,7 @@ from vehicle_agent.perception.points.kinds import KindGates
 from vehicle_agent.perception.signs.boards import BoardRules
 from vehicle_agent.perception.signs.stages import SignStages
 from vehicle_agent.perception.signs.tracks import SignTracker
+from vehicle_agent.perception.thinned_scans import ScanThinning
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
@@ -90,7 +91,7 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "mission": (MissionRules, StopRules),
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
-    "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception),
+    "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception, ScanThinning),
     "points": (PointGrid, ClusterParams, KindGates),
     "object-tracking": (TrackerParams,),
     "camera": (CameraRules, SegmentParams, LaserTracker, PersonVerification, LaserPeople),

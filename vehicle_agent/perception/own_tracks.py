@@ -9,28 +9,35 @@ from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.pillars.sweeps import Sweep
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.deskew import straightened
-from vehicle_agent.signals import Percept, SignPercept
+from vehicle_agent.perception.thinned_scans import ScanThinning, ThinnedScans
+from vehicle_agent.signals import Percept, SignPercept, ThinnedScan
 from vehicle_agent.signals.objects import EgoMotion, SeenObjects
 
 
 class TracksWorker:
     """Obstacle cells and tracks from the points, scan after scan."""
 
-    def __init__(self, perception: PointPerception, detector: PillarDetector | None = None) -> None:
-        """detector: a network that looks at the same scans; None: clusters alone."""
+    def __init__(
+        self,
+        perception: PointPerception,
+        detector: PillarDetector | None = None,
+        thinning: ScanThinning | None = None,
+    ) -> None:
+        """detector: a network that looks at the same scans; None: clusters alone.
+
+        thinning  of scans that are shown
+        """
         self._perception, self._detector = perception, detector
         self._sweeps: tuple[Sweep, ...] = ()
         self._way = ReckonedWay()
         self._state = perception.initial()
+        self._shown = ThinnedScans(thinning)
 
     def take(self, motion: EgoMotion) -> None:
         self._way = self._way.with_motion(motion)
 
     def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
-        newest = self._way.newest
-        points = np.ascontiguousarray(rows[:, :3])
-        if newest is not None:
-            points = straightened(points, rows[:, 4], newest.speed_mps, newest.yaw_rate_radps)
+        points = self._straightened(rows)
         pose_odom = self._way.pose_odom(stamp_ns)
         found = self._found(points, rows[:, 3], stamp_ns, pose_odom)
         cells, tracks, self._state = self._perception.step(
@@ -51,3 +58,16 @@ class TracksWorker:
     def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
         del rows, stamp_ns
         return ()
+
+    def thinned(self, rows: np.ndarray, stamp_ns: int) -> ThinnedScan | None:
+        if not self._shown.takes(stamp_ns):
+            return None
+        thinning = self._shown.thinning
+        return thinning.thinned(self._straightened(thinning.some_of(rows)), stamp_ns)
+
+    def _straightened(self, rows: np.ndarray) -> np.ndarray:
+        """(n, 3) the points as if all were measured at the stamp, once the motion is known."""
+        newest, points = self._way.newest, np.ascontiguousarray(rows[:, :3])
+        if newest is None:
+            return points
+        return straightened(points, rows[:, 4], newest.speed_mps, newest.yaw_rate_radps)

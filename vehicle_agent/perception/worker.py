@@ -9,7 +9,8 @@ import numpy as np
 
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
 from vehicle_agent.perception.signs.boards import SignFinder
-from vehicle_agent.signals import Percept, SignPercept
+from vehicle_agent.perception.thinned_scans import ScanThinning, ThinnedScans
+from vehicle_agent.signals import Percept, SignPercept, ThinnedScan
 from vehicle_agent.signals.objects import EgoMotion
 
 
@@ -32,13 +33,23 @@ class PerceptionWorker(Protocol):
         """Traffic signs in the same scan, for a stack that reads them; after `percepts`, which are urgent."""
         ...
 
+    def thinned(self, rows: np.ndarray, stamp_ns: int) -> ThinnedScan | None:
+        """Some points of the same scan for people who look, once a second; last of all."""
+        ...
+
 
 class CellsWorker:
     """Obstacle cells by the height map; road users come from another computer, or the stack tracks none."""
 
-    def __init__(self, height_map: HeightMap, sign_finder: SignFinder | None = None) -> None:
-        """sign_finder: None for a stack that reads no signs."""
+    def __init__(
+        self,
+        height_map: HeightMap,
+        sign_finder: SignFinder | None = None,
+        thinning: ScanThinning | None = None,
+    ) -> None:
+        """sign_finder: None for a stack that reads no signs. thinning: of scans that are shown."""
         self._height_map, self._sign_finder = height_map, sign_finder
+        self._shown = ThinnedScans(thinning)
 
     def take(self, motion: EgoMotion) -> None:
         """Cells need no motion."""
@@ -50,3 +61,6 @@ class CellsWorker:
         if self._sign_finder is None:
             return ()
         return (self._sign_finder.percept(rows[:, :3], rows[:, 3], stamp_ns),)
+
+    def thinned(self, rows: np.ndarray, stamp_ns: int) -> ThinnedScan | None:
+        return self._shown.thinning.thinned(rows[:, :3], stamp_ns) if self._shown.takes(stamp_ns) else None

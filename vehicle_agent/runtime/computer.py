@@ -3,7 +3,7 @@
 import time
 from collections.abc import Sequence
 
-from contract.wire.messages import OnboardScene, TickTimes
+from contract.wire.messages import OnboardScene, TickTimes, TracksBy
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.onboard.onboard_scene import SceneSource
 from vehicle_agent.onboard.state import OnboardState
@@ -24,10 +24,12 @@ class VehicleComputer:
         recorder: Recorder | None = None,
         utc_offset_ns: int = 0,
         stopwatch: TickStopwatch | None = None,
+        tracks_by: TracksBy = "",
     ) -> None:
         """utc_offset_ns  UTC minus vehicle clock; replaced by the server's offset once it is known.
 
         stopwatch  times the rooms on a vehicle; None in virtual time, where a seed repeats a run log
+        tracks_by  who finds road users, for those who look (`Profile.tracks_by`)
         """
         self.state = state
         self.entries: list[RunLogEntry] = []
@@ -35,7 +37,7 @@ class VehicleComputer:
         self._car = car if stopwatch is None else stopwatch.timed(car)
         self._stopwatch = stopwatch
         self._tick_times: TickTimes | None = None
-        self._scenes = SceneSource()
+        self._scenes = SceneSource(tracks_by)
         self._recorder = recorder
         self._utc_offset_ns = utc_offset_ns
 
@@ -55,7 +57,14 @@ class VehicleComputer:
         self._scenes.observe(items, outputs, stamp_ns)
         if self._recorder is not None:
             self.entries = self._recorder.record(
-                before, items, outputs, stamp_ns, late_ns, self._utc_offset_ns, self._recorded_scene
+                before,
+                items,
+                outputs,
+                stamp_ns,
+                late_ns,
+                self._utc_offset_ns,
+                self._recorded_scene,
+                self._scenes.new_scan,
             )
         self.shown = None
         if self._scenes.is_due(stamp_ns):

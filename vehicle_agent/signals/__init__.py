@@ -45,10 +45,12 @@ from vehicle_agent.signals.arriving import (
     SeatButton,
     SeatSensor,
     SignPercept,
+    ThinnedScan,
     TrackPercept,
 )
 from vehicle_agent.signals.inbox import (
     CabinEvent,
+    ForViewers,
     InboxBody,
     InboxItem,
     Infrastructure,
@@ -124,6 +126,7 @@ __all__ = [
     "Fault",
     "FleetVehicle",
     "Flow",
+    "ForViewers",
     "Gear",
     "GnssFix",
     "GuardStatus",
@@ -167,6 +170,7 @@ __all__ = [
     "Task",
     "TaskMode",
     "TaskReason",
+    "ThinnedScan",
     "TrackPercept",
     "Tracks",
     "Trajectory",

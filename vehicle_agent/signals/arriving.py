@@ -144,6 +144,17 @@ class SignPercept(msgspec.Struct, frozen=True, tag="sign_percept"):
     owners: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.int64))
 
 
+class ThinnedScan(msgspec.Struct, frozen=True, tag="thinned_scan"):
+    """Some points of one lidar scan above the road, for people who look. No room reads it.
+
+    stamp_ns   end of the scan
+    points_cm  int16, little-endian: x0, y0, z0, x1, ... base frame at stamp_ns
+    """
+
+    stamp_ns: int
+    points_cm: bytes
+
+
 class SeatButton(msgspec.Struct, frozen=True, tag="seat_button"):
     """A passenger requests a stop before the planned one."""
 

@@ -22,6 +22,7 @@ from vehicle_agent.signals.arriving import (
     SeatButton,
     SeatSensor,
     SignPercept,
+    ThinnedScan,
     TrackPercept,
 )
 from vehicle_agent.signals.localizing import PoseHint
@@ -34,6 +35,8 @@ MissionMessage = Order | Grants | Command | PassengerTap
 Percept = ObstaclePercept | TrackPercept
 # What the tick's perception reads; the gate has its own ears for percepts.
 PerceptionInput = Percept | SignPercept | LidarConditions
+# For people who look at a run: no room reads it, so it is no part of the input tape.
+ForViewers = MatchedScan | ThinnedScan
 # What the link delivers to the tick.
 LinkMessage = MissionMessage | LinkState | FleetVehicle | PedestrianPresence
 CabinEvent = SeatButton | HelpButton | CodeTyped | DestinationChoice | SeatSensor | DoorState
@@ -49,6 +52,7 @@ InboxBody = (
     | SignPercept
     | LidarConditions
     | MatchedScan
+    | ThinnedScan
     | PlanAnswer
     | SeatButton
     | HelpButton

@@ -18,7 +18,7 @@ from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.worker import CellsWorker, PerceptionWorker
 from vehicle_agent.signals import PlanAnswer, PlanJob
-from vehicle_agent.stacks.rooms import height_map, sign_finder
+from vehicle_agent.stacks.rooms import height_map, scan_thinning, sign_finder
 
 Planner = Callable[[PlanJob], PlanAnswer]
 # Stacks with a motion planner beside the tick.
@@ -88,7 +88,8 @@ def build_perception_worker(profile: Profile) -> PerceptionWorker:
     """What makes percepts of the vehicle's scans, beside the tick. Raises DetectorFileError."""
     if not worker_tracks(profile):
         reads_signs = profile.stack in SIGN_READING_STACKS
-        return CellsWorker(height_map(profile), sign_finder(profile) if reads_signs else None)
+        finder = sign_finder(profile) if reads_signs else None
+        return CellsWorker(height_map(profile), finder, scan_thinning(profile))
     from vehicle_agent.stacks.own_perception import tracks_worker
 
     return tracks_worker(profile)

@@ -5,6 +5,7 @@ from vehicle_agent.perception.own_tracks import TracksWorker
 from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.stacks.rooms import scan_thinning
 
 # The lidars on the corners stand out by so much.
 _OWN_M = 0.25
@@ -15,9 +16,8 @@ def tracks_worker(profile: Profile) -> TracksWorker:
 
     Raises DetectorFileError.
     """
-    return TracksWorker(
-        point_perception(profile), detector(profile) if profile.stack == "snow_lion" else None
-    )
+    network = detector(profile) if profile.stack == "snow_lion" else None
+    return TracksWorker(point_perception(profile), network, scan_thinning(profile))
 
 
 def point_perception(profile: Profile) -> PointPerception:

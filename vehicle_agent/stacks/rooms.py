@@ -26,6 +26,7 @@ from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
 from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.perception.signs.stages import SignStages
+from vehicle_agent.perception.thinned_scans import ScanThinning
 from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
@@ -35,6 +36,8 @@ from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.signals.rates import TICK_NS
 
 _TICK_S = TICK_NS * 1e-9
+# Lidars and mirrors stand out by so much.
+_OWN_M = 0.25
 # The guard's decelerations below full braking.
 _GUARD_BRAKES_MPS2 = (1.5, 2.5, 3.5, 4.5)
 
@@ -50,6 +53,13 @@ def cells(profile: Profile) -> HeightMapPerception:
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
     )
+
+
+def scan_thinning(profile: Profile) -> ScanThinning:
+    """Of scans for people who look, without the vehicle's own returns."""
+    body = profile.body
+    rear_m, front_m, side_m = -body.rear_overhang_m, body.front_overhang_m, 0.5 * body.width_m
+    return ScanThinning(own_m=(rear_m - _OWN_M, front_m + _OWN_M, side_m + _OWN_M))
 
 
 def smoothing(profile: Profile) -> AlphaBetaTracker:

@@ -32,7 +32,9 @@ SHOWN = timedelta(seconds=60)
     responses=problems(VehicleUnknown, VehicleNotConnected, *DRIVER_REFUSALS),
 )
 async def ask_for_scene(vehicle_id: VehicleId, command: RecordCommand) -> CommandView:
-    """The vehicle sends obstacle cells, limits, its s-t graph and tick times for 60 s; ask again for more.
+    """The vehicle sends what it sees and plans for 60 s; ask again for more.
+
+    Obstacle cells, road users, signs, points of its lidars, limits, its s-t graph and tick times.
 
     A vehicle that is out of reach is not asked. One that hears of it more than 10 s later refuses.
     """

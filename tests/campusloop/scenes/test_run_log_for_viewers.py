@@ -1,8 +1,10 @@
 """What a viewer other than ours is given: every message as its schema says, on a map, with its frames."""
 
+import base64
 import json
 
 import jsonschema_rs
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 
@@ -100,9 +102,30 @@ def test_the_map_is_told_before_anything_that_lies_on_it(found: Found) -> None:
 def test_the_scene_shows_who_is_around_where_they_go_and_why_it_is_slow(found: Found) -> None:
     scenes = [{one["id"]: one for one in scene["entities"]} for scene in messages(found, "/scene")]
     assert any(scene["tracks"]["cylinders"] for scene in scenes)
+    people = [scene["tracks"] for scene in scenes if scene["tracks"]["cylinders"]]
+    assert people[0]["metadata"] == [{"key": "tracks_by", "value": "tracker"}]
+    assert all(one["texts"][0]["text"].endswith(" pedestrian") for one in people)
+    # 1.2 m/s: the arrow shows the next second.
+    (arrow,) = people[-1]["arrows"]
+    assert arrow["shaft_length"] + arrow["head_length"] == pytest.approx(1.2, abs=0.3)
     assert any(scene["predictions"]["lines"] for scene in scenes)
     assert any(scene["watched areas"]["lines"] for scene in scenes)
     driven = [scene["path"]["lines"][0] for scene in scenes if scene["path"]["lines"]]
     assert driven
     assert all(len(one["colors"]) == len(one["points"]) for one in driven)
     assert "km/h" in scenes[-1]["shuttle"]["texts"][0]["text"]
+
+
+def test_points_of_a_scan_lie_at_the_pose_of_their_moment(found: Found) -> None:
+    clouds = messages(found, "/perception/points")
+    assert len(clouds) == 7  # one a second, of 6 s and their end
+    poses = messages(found, "/ego/pose")
+    for cloud in clouds:
+        points = np.frombuffer(base64.b64decode(cloud["data"]), np.float32).reshape(-1, 3)
+        assert len(points) <= 1200
+        at = min(poses, key=lambda one: abs(seconds(one) - seconds(cloud)))
+        assert cloud["pose"]["position"]["x"] == pytest.approx(at["pose"]["position"]["x"], abs=0.3)
+
+
+def seconds(message: dict) -> float:
+    return message["timestamp"]["sec"] % 1000 + 1e-9 * message["timestamp"]["nsec"]

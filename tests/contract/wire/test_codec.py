@@ -72,7 +72,7 @@ def unbounded(hint: object) -> list[object]:
         kind, meta = arguments[0], arguments[1]
         if kind in (int, float):
             return [hint] if None in (meta.ge, meta.le) else []
-        if kind is str:
+        if kind in (str, bytes):
             return [hint] if meta.max_length is None else []
         return unbounded(typing.get_args(kind)[0]) if meta.max_length else [hint]
     if hint in (int, float, str) or origin is tuple:

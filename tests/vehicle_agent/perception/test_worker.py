@@ -46,3 +46,20 @@ def test_a_vehicle_with_a_tracker_gets_cells_alone() -> None:
     for profile in (SNOW_LION, Profile(perception="own")):
         found = drive(build_perception_worker(profile), 2)
         assert [type(percept) for percept in found[-1]] == [ObstaclePercept], profile.stack
+
+
+def test_points_for_people_who_look_are_where_the_obstacles_are() -> None:
+    """The scan turns while the vehicle drives: its points are straightened as those of the obstacles."""
+    for profile in (SNOW_LION, OWN):
+        worker = build_perception_worker(profile)
+        worker.take(EgoMotion(1_000_000_000, SPEED_MPS, 0.0))
+        # Measured 0.1 s before the stamp, when the person was 0.3 m farther.
+        points = a_scan([(8.3, 3.0, *PERSON)])
+        times_s = np.full((len(points), 2), [0.0, -0.1], np.float32)
+        rows = np.column_stack((points, times_s))
+        scan = worker.thinned(rows, 1_000_000_000)
+        assert scan is not None
+        shown = 0.01 * np.frombuffer(scan.points_cm, "<i2").reshape(-1, 3)
+        person = shown[np.abs(shown[:, 1] - 3.0) < 0.5]
+        assert person[:, 0].mean() == pytest.approx(8.3 - (0.3 if profile is OWN else 0.0), abs=0.3)
+        assert worker.thinned(rows, 1_100_000_000) is None

@@ -305,9 +305,9 @@ def run_tick(place: AgentPlace) -> None:
             first_tick=0,
             localization_map=localization_map(road_map),
         )
-        return Recorder(header, profile.body, road_map.observation_areas)
+        return Recorder(header, profile.body, road_map.observation_areas, profile.tracks_by)
 
-    computer = VehicleComputer(car, state, begin_run(road_map), offset_ns, TickStopwatch())
+    computer = VehicleComputer(car, state, begin_run(road_map), offset_ns, TickStopwatch(), profile.tracks_by)
     maps = MapSwitch(files, rooms_on, begin_run)
     if scans is not None:
         scans.on_change(begin_run)

@@ -14,6 +14,8 @@ from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbo
 
 log = structlog.get_logger()
 
+# For the run log and for operators who look.
+THINNED_SOURCE = "thinned scans"
 WAIT_NS = 500_000_000
 # While percepts wait for room at their reader.
 RETRY_NS = 10_000_000
@@ -76,6 +78,10 @@ class _Feed:
             now_ns = self._clock.now_ns()
             read = Deliveries(tuple(Delivery(now_ns, "worker", percept) for percept in signs))
             self.mailbox.post(self.vehicle.mail / "tick", read)
+        thinned = self.vehicle.perception.thinned(rows, ready.stamp_ns)
+        if thinned is not None:
+            shown = Delivery(self._clock.now_ns(), THINNED_SOURCE, thinned)
+            self.mailbox.post(self.vehicle.mail / "tick", Deliveries((shown,)))
 
     def close(self) -> None:
         self.port.close()

@@ -22,6 +22,7 @@ from contract.runlog.records import (
     MARK_TOPIC,
     OBSTACLE_TOPIC,
     ONBOARD_TOPIC,
+    POINTS_TOPIC,
     POSE_TOPIC,
     REPORT_TOPIC,
     SCAN_TOPIC,
@@ -34,13 +35,14 @@ from contract.runlog.records import (
     recording_mark,
 )
 from contract.wire.codec import encode
-from contract.wire.messages import Command, CommandDone, OnboardScene
+from contract.wire.messages import Command, CommandDone, OnboardScene, TracksBy
 from vehicle_agent.config import Body
 from vehicle_agent.onboard.driving_view import report_with_driving_view
+from vehicle_agent.onboard.seen_things import PlacedScan
 from vehicle_agent.onboard.state import OnboardState
 from vehicle_agent.runtime.recording.snapshot import encode_state
 from vehicle_agent.runtime.recording.viewer_scene import ViewerScene
-from vehicle_agent.signals import Detections, Flow, GnssFix, InboxItem, Outputs
+from vehicle_agent.signals import Detections, Flow, ForViewers, GnssFix, InboxItem, Outputs
 from vehicle_agent.signals.rates import REPORT_EVERY_TICKS, TRANSFORM_EVERY_TICKS
 
 SEGMENT_TICKS = 5 * 60 * 50
@@ -103,10 +105,19 @@ class Recorder:
     Also where an operator's recording begins and ends.
     """
 
-    def __init__(self, header: RunHeader, body: Body, areas: tuple[ObservationArea, ...] = ()) -> None:
-        """header: of the first segment, whose counters are set here; areas: of the map."""
+    def __init__(
+        self,
+        header: RunHeader,
+        body: Body,
+        areas: tuple[ObservationArea, ...] = (),
+        tracks_by: TracksBy = "",
+    ) -> None:
+        """header: of the first segment, whose counters are set here; areas: of the map.
+
+        tracks_by  who finds road users, for viewers (`Profile.tracks_by`)
+        """
         self._header = header
-        self._scene = ViewerScene(header.vehicle_id, body, areas)
+        self._scene = ViewerScene(header.vehicle_id, body, areas, tracks_by)
         self._flow = FlowEncoder()
         self._items = msgspec.msgpack.Encoder(enc_hook=enc_hook)
         self._records = msgspec.msgpack.Encoder()
@@ -124,8 +135,12 @@ class Recorder:
         late_ns: int,
         utc_offset_ns: int,
         scene: MakeScene,
+        scan: PlacedScan | None = None,
     ) -> list[RunLogEntry]:
-        """The entries of the tick that took `before` and `items` and gave `outputs`."""
+        """The entries of the tick that took `before` and `items` and gave `outputs`.
+
+        scan  that came in this tick, for viewers
+        """
         entries: list[RunLogEntry] = []
         commands = _recording_commands(items, outputs)
         kinds = [kind for kind, _ in commands]
@@ -136,12 +151,15 @@ class Recorder:
             stamp_ns,
             late_ns,
             # No room reads these: a replay needs them as little as the rooms do.
-            msgspec.Raw(self._items.encode([one for one in items if not isinstance(one.body, MatchedScan)])),
+            msgspec.Raw(self._items.encode([one for one in items if not isinstance(one.body, ForViewers)])),
             self._flow.encode(outputs),
         )
         entries.append(LogEntry(TICK_TOPIC, stamp_ns, self._records.encode(record)))
         entries += [_mark(*one, stamp_ns, utc_offset_ns) for one in commands]
         entries += self._channels(items, outputs, stamp_ns, utc_offset_ns)
+        if scan is not None:
+            cloud = foxglove.scan_cloud(scan.stamp_ns + utc_offset_ns, scan.pose_map, scan.points_base)
+            entries.append(LogEntry(POINTS_TOPIC, stamp_ns, cloud))
         if self._ticks % REPORT_EVERY_TICKS == 0:
             entries.append(LogEntry(ONBOARD_TOPIC, stamp_ns, encode(scene(outputs, stamp_ns))))
         self._ticks += 1

@@ -1,5 +1,7 @@
 """One tick as a scene for Foxglove: the vehicle and what limits its speed, its path, road users with
-predictions, and the watched areas."""
+predictions, signs, and the watched areas."""
+
+import math
 
 import numpy as np
 
@@ -9,6 +11,7 @@ from contract.roads.model import ObservationArea
 from contract.runlog.foxglove import (
     Entity,
     Primitive,
+    arrow,
     cube,
     cylinder,
     entity,
@@ -17,6 +20,7 @@ from contract.runlog.foxglove import (
     scene_update,
     text,
 )
+from contract.wire.messages import TracksBy
 from vehicle_agent.config import Body
 from vehicle_agent.onboard.driving_view import MOVING_MPS
 from vehicle_agent.signals import PEDESTRIAN, TRACK_KINDS, Flow, Path, World
@@ -35,6 +39,17 @@ _HEIGHT_M = {"pedestrian": 1.7, "cyclist": 1.7, "vehicle": 1.6, "other": 1.0}
 _YIELDED_TO = rgba(0.9, 0.1, 0.1, 0.95)
 _PREDICTED = rgba(0.95, 0.6, 0.1, 0.6)
 _CLEAR, _OCCUPIED = rgba(0.1, 0.7, 0.35, 0.8), rgba(0.9, 0.2, 0.1, 0.9)
+# Arrows show the way of so many seconds.
+_ARROW_S = 1.0
+_SIGNS = {
+    "stop": rgba(0.8, 0.05, 0.05, 0.95),
+    "yield": rgba(0.95, 0.75, 0.1, 0.95),
+    "board": rgba(0.55, 0.55, 0.6, 0.9),
+    "other": rgba(0.55, 0.55, 0.6, 0.9),
+}
+_SIGN_NAMES = {"stop": "stop", "yield": "yield", "board": "sign, not read yet", "other": "other sign"}
+# Drawn so: perception tells the place of a board, and not its size.
+_BOARD_M, _BOARD_TOP_M = 0.75, 2.6
 _AHEAD_S = 4.0
 _FULL_MPS = 4.0
 
@@ -42,7 +57,10 @@ _FULL_MPS = 4.0
 class ViewerScene:
     """Makes the scenes of one vehicle's ticks."""
 
-    def __init__(self, vehicle_id: str, body: Body, areas: tuple[ObservationArea, ...]) -> None:
+    def __init__(
+        self, vehicle_id: str, body: Body, areas: tuple[ObservationArea, ...], tracks_by: TracksBy = ""
+    ) -> None:
+        self._tracks_by = tracks_by
         self._vehicle_id = vehicle_id
         self._size = (body.length_m, body.width_m, body.height_m)
         self._to_centre = Pose2(body.length_m / 2.0 - body.rear_overhang_m, 0.0, 0.0)
@@ -54,7 +72,8 @@ class ViewerScene:
             [
                 *self._vehicles(flow, utc_ns),
                 entity(utc_ns, "path", lines=_path(flow.path)),
-                _tracks(flow.world, set(flow.path.yields_to), utc_ns),
+                _tracks(flow.world, set(flow.path.yields_to), utc_ns, self._tracks_by),
+                _signs(flow, utc_ns),
                 entity(utc_ns, "predictions", lines=_predictions(flow.world)),
                 entity(utc_ns, "watched areas", lines=self._areas(flow.world)),
             ]
@@ -96,9 +115,10 @@ def _path(path: Path) -> list[Primitive]:
     return [line(path.points_map, _PATH, colors=colors)]
 
 
-def _tracks(world: World, yielded_to: set[int], utc_ns: int) -> Entity:
+def _tracks(world: World, yielded_to: set[int], utc_ns: int, tracks_by: TracksBy) -> Entity:
+    """Discs and boxes with number, kind and velocity; the metadata say who tracks."""
     tracks = world.tracks
-    cubes, cylinders, texts = [], [], []
+    cubes, cylinders, texts, arrows = [], [], [], []
     for i, number in enumerate(tracks.ids):
         kind = TRACK_KINDS[tracks.kinds[i]]
         centre = Pose2(*(float(value) for value in tracks.poses_map[i]))
@@ -108,8 +128,30 @@ def _tracks(world: World, yielded_to: set[int], utc_ns: int) -> Entity:
             cylinders.append(cylinder(centre, length_m, _HEIGHT_M[kind], color))
         else:
             cubes.append(cube(centre, (length_m, width_m, _HEIGHT_M[kind]), color))
-        texts.append(text(centre, _HEIGHT_M[kind] + 0.3, str(number), _INK, size_m=0.4))
-    return entity(utc_ns, "tracks", cubes=cubes, cylinders=cylinders, texts=texts)
+        texts.append(text(centre, _HEIGHT_M[kind] + 0.3, f"{number} {kind}", _INK, size_m=0.4))
+        vx_mps, vy_mps = (float(value) for value in tracks.velocities_map_mps[i])
+        speed_mps = math.hypot(vx_mps, vy_mps)
+        if speed_mps > MOVING_MPS:
+            tail = Pose2(centre.x_m, centre.y_m, math.atan2(vy_mps, vx_mps))
+            arrows.append(arrow(tail, speed_mps * _ARROW_S, color))
+    known = [("tracks_by", tracks_by)] if tracks_by else []
+    return entity(
+        utc_ns, "tracks", metadata=known, arrows=arrows, cubes=cubes, cylinders=cylinders, texts=texts
+    )
+
+
+def _signs(flow: Flow, utc_ns: int) -> Entity:
+    """Boards on posts, each with what it is taken for and how far it is from the rear axle."""
+    cubes, texts = [], []
+    for sign in flow.detections.signs:
+        x_m, y_m = sign.pose_map.x_m, sign.pose_map.y_m
+        post = cube(sign.pose_map, (0.08, 0.08, _BOARD_TOP_M - _BOARD_M), _SIGNS["other"])
+        size_m, bottom_m = (0.05, _BOARD_M, _BOARD_M), _BOARD_TOP_M - _BOARD_M
+        cubes += [post, cube(sign.pose_map, size_m, _SIGNS[sign.kind], bottom_m)]
+        distance_m = math.hypot(x_m - flow.ego.pose_map.x_m, y_m - flow.ego.pose_map.y_m)
+        words = f"{_SIGN_NAMES[sign.kind]} {distance_m:.0f} m"
+        texts.append(text(Pose2(x_m, y_m, 0.0), _BOARD_TOP_M + 0.4, words, _INK, size_m=0.5))
+    return entity(utc_ns, "signs", cubes=cubes, texts=texts)
 
 
 def _predictions(world: World) -> list[Primitive]:

@@ -1,13 +1,16 @@
 """What a vehicle sees: asked for, refused, out of reach, and of a recorded run."""
 
+import base64
 import hashlib
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from contract.geometry import Pose2
 from contract.runlog import foxglove
-from contract.runlog.records import OBSTACLE_TOPIC, ONBOARD_TOPIC
+from contract.runlog.records import OBSTACLE_TOPIC, ONBOARD_TOPIC, POINTS_TOPIC
 from contract.wire.codec import encode
 from contract.wire.messages import Command, CommandDone, OnboardScene
 from contract.wire.upload import SIGNATURE_HEADER, segment_path, signed_segment
@@ -89,6 +92,10 @@ def test_a_part_of_a_run_comes_back_with_the_cells_of_the_scan_before(
             cells = np.array([[float(k), 2.5]])
             cloud = foxglove.point_cloud(stamp_ns, cells)
             writer.add(OBSTACLE_TOPIC, stamp_ns - 100_000_000, cloud)
+        if k == 1:
+            # 0.5 s before the second scene, 2 m ahead and 1 m up of a vehicle that looks north.
+            cloud = foxglove.scan_cloud(stamp_ns, Pose2(10.0, 20.0, math.pi / 2), np.array([[2.0, 0.0, 1.0]]))
+            writer.add(POINTS_TOPIC, stamp_ns + 500_000_000, cloud)
         writer.add(ONBOARD_TOPIC, stamp_ns, encode(OnboardScene(0, stamp_ns, guard=f"{k}")))
     writer.close()
     data = (tmp_path / "0.mcap").read_bytes()
@@ -103,3 +110,7 @@ def test_a_part_of_a_run_comes_back_with_the_cells_of_the_scan_before(
         (one["at_ms"] - start_ms, one["scene"]["guard"], one["scene"]["points"], one["scene"]["points_age_s"])
         for one in found
     ] == [(2000, "2", [2.0, 2.5], 0.1), (3000, "3", [], 0.0), (4000, "4", [4.0, 2.5], 0.1)]
+    scan = found[0]["scene"]["scan"]
+    assert (scan["x_m"], scan["y_m"], scan["age_s"]) == (10.0, 20.0, 0.5)
+    assert np.frombuffer(base64.b64decode(scan["offsets_cm"]), "<i2").tolist() == [0, 200, 100]
+    assert [one["scene"]["scan"] for one in found[1:]] == [None, None]

@@ -5,13 +5,13 @@ import type { CampusGeometry } from "../../shared/campus/campus_geometry";
 import { CampusMap } from "../../shared/map/campus_map";
 import { drivingLayer } from "../../shared/map/driving_layer";
 import type { MapContent, MapLayer } from "../../shared/map/map_content";
-import { pointsLayer } from "../../shared/map/points_layer";
 import { scanLayer } from "../../shared/map/scan_layer";
 import { prefersReducedMotion } from "../../shared/map/reduced_motion";
 import type { OnboardScene } from "../../shared/scene/onboard_scene";
 import type { Point, Scene } from "../../shared/scene/scene";
 import { language } from "../../shared/texts/language";
 import { closedLines } from "../closures/closed_lines";
+import { pointsLayer, seenLayer } from "../onboard/seen_layer";
 import { texts } from "../texts/texts";
 import { drawChoice, type PositionChoice } from "../vehicles/position_choice";
 
@@ -94,7 +94,7 @@ export function SceneMap({
   );
 }
 
-/** What shuttles plan and see; lidar cells lie below paths and people. */
+/** What shuttles plan and see; points and cells lie below paths, and road users above. */
 function sceneLayer(
   scene: Scene,
   at_ms: number,
@@ -103,13 +103,17 @@ function sceneLayer(
   scan: Schemas["ScanMoment"] | null,
   choice: PositionChoice | null,
 ): MapLayer {
-  const driving = drivingLayer(scene, at_ms, selected_vehicle);
+  // A run of an older agent has the tracks of its status alone.
+  const is_detailed = onboard !== null && (onboard.tracks_by ?? "") !== "";
+  const driving = drivingLayer(scene, at_ms, selected_vehicle, is_detailed ? selected_vehicle : "");
   const points = onboard === null ? null : pointsLayer(onboard);
+  const seen = onboard === null ? null : seenLayer(onboard);
   const scanned = scan === null ? null : scanLayer(scan);
   return (...drawing) => {
     scanned?.(...drawing);
     points?.(...drawing);
     driving(...drawing);
+    seen?.(...drawing);
     const [context, camera, palette] = drawing;
     if (choice !== null) drawChoice(context, camera, palette, choice);
   };

@@ -1,12 +1,13 @@
 import type { OnboardScene } from "../../shared/scene/onboard_scene";
 import { texts } from "../texts/texts";
 import { PathTimesFigure } from "./path_times_figure";
+import { SeenList } from "./seen_list";
 import { TickTimesFigure } from "./tick_times_figure";
 
 /** Limits that are told: those on the way that the plan covers. */
 const LIMITS_SHOWN = 6;
 
-/** What the shuttle sees and plans at one moment, as numbers and graphs; the map has points, path and tracks. */
+/** What the shuttle sees and plans at one moment, as numbers, lists and graphs; the map has the places. */
 export function OnboardView({ scene }: { readonly scene: OnboardScene }) {
   const t = texts.value;
   const { limited_by = null, path_times = null, tick_times = null } = scene;
@@ -37,6 +38,7 @@ export function OnboardView({ scene }: { readonly scene: OnboardScene }) {
           <dd>{intervention}</dd>
         </div>
       </dl>
+      <SeenList scene={scene} />
       {path_times === null ? (
         <p class="empty">{t.no_st_graph}</p>
       ) : (

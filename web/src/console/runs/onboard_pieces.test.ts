@@ -45,3 +45,17 @@ test("a piece that did not come is told, and asked for again", async () => {
   await vi.waitFor(() => expect(pieces.at(0)?.stamp_ns).toBe(0));
   expect(pieces.problem.value).toBeNull();
 });
+
+test("a scan is shown until the next one, with its age at the moment, and not much longer", async () => {
+  const scan = { x_m: 0, y_m: 0, age_s: 0.1, offsets_cm: "" };
+  const value = moments(0, 200, 400, 1600, 1800);
+  value[1]!.scene = anOnboardScene({ stamp_ns: 200, scan });
+  const pieces = new OnboardPieces(async () => ({ ok: true, value }));
+  pieces.want(0, true);
+  await vi.waitFor(() => expect(pieces.arrived.value).toBe(2));
+  expect(pieces.at(100)?.scan).toBeNull();
+  expect(pieces.at(250)?.scan?.age_s).toBeCloseTo(0.1);
+  expect(pieces.at(1650)?.scan?.age_s).toBeCloseTo(1.5);
+  expect(pieces.at(1650)?.stamp_ns).toBe(1600);
+  expect(pieces.at(1800)?.scan).toBeNull();
+});

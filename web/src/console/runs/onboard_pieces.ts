@@ -9,6 +9,8 @@ export const PIECE_MS = 10_000;
 const KEPT = 30;
 /** A scene is shown for so long; they come every 200 ms. */
 const SHOWN_MS = 1_000;
+/** A scan comes once a second, with the first scene after it. */
+const SCAN_MS = 1_500;
 /** While the operator drags the slider, nothing is asked for. */
 const SETTLE_MS = 120;
 
@@ -33,8 +35,10 @@ export class OnboardPieces {
   at(at_ms: number): OnboardScene | null | undefined {
     const piece = this.kept.get(Math.floor(at_ms / PIECE_MS));
     if (piece === undefined) return undefined;
-    const moment = piece.findLast((each) => each.at_ms <= at_ms);
-    return moment !== undefined && at_ms - moment.at_ms < SHOWN_MS ? moment.scene : null;
+    const last = piece.findLastIndex((each) => each.at_ms <= at_ms);
+    const moment = piece[last];
+    if (moment === undefined || at_ms - moment.at_ms >= SHOWN_MS) return null;
+    return withScan(piece.slice(0, last + 1), moment);
   }
 
   /** Loads what is around this moment, once the moment stays; while it plays also what comes next. */
@@ -61,6 +65,14 @@ export class OnboardPieces {
     }
     this.arrived.value += 1;
   }
+}
+
+/** The moment's scene with the newest scan, and its age at the moment. */
+function withScan(before: readonly Moment[], { at_ms, scene }: Moment): OnboardScene {
+  const seen = before.findLast((each) => each.scene.scan != null);
+  const scan = seen?.scene.scan;
+  if (seen === undefined || scan == null || at_ms - seen.at_ms > SCAN_MS) return scene;
+  return { ...scene, scan: { ...scan, age_s: scan.age_s + (at_ms - seen.at_ms) / 1000 } };
 }
 
 /** Of a recorded run. */

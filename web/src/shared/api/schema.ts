@@ -1923,7 +1923,9 @@ export interface paths {
         put?: never;
         /**
          * Ask For Scene
-         * @description The vehicle sends obstacle cells, limits, its s-t graph and tick times for 60 s; ask again for more.
+         * @description The vehicle sends what it sees and plans for 60 s; ask again for more.
+         *
+         *     Obstacle cells, road users, signs, points of its lidars, limits, its s-t graph and tick times.
          *
          *     A vehicle that is out of reach is not asked. One that hears of it more than 10 s later refuses.
          */
@@ -5762,12 +5764,15 @@ export interface components {
         };
         /**
          * OnboardScene
-         * @description What a vehicle sees and plans. Path, tracks and areas are in the status of the same moment.
+         * @description What a vehicle sees and plans. Path, predictions and areas are in the status of the same moment.
          *
          *         points        x0, y0, x1, y1, ... obstacle cells, map frame, the nearest; points_age_s since their scan
          *         guard         what the guard does against the plan, "" for nothing
          *         path_times    None of a stack that plans no times
          *         tick_times    None where ticks are not timed, as in virtual time
+         *         tracks_by     who finds road users; tracks: the nearest, tracks_age_s since the scan that shows them
+         *         scan          the newest; None without one of the last seconds. In a recorded run it is with the first
+         *                       scene after it
          */
         OnboardScene: {
             /** @enum {unknown} */
@@ -5788,6 +5793,19 @@ export interface components {
             path_times: components["schemas"]["PathTimes"] | null;
             /** @default null */
             tick_times: components["schemas"]["TickTimes"] | null;
+            /**
+             * @default
+             * @enum {unknown}
+             */
+            tracks_by: "" | "own" | "tracker";
+            /** @default [] */
+            tracks: components["schemas"]["ShownTrack"][];
+            /** @default 0 */
+            tracks_age_s: number;
+            /** @default [] */
+            signs: components["schemas"]["ShownSign"][];
+            /** @default null */
+            scan: components["schemas"]["ShownScan"] | null;
         };
         /**
          * OperatorChange
@@ -7736,6 +7754,20 @@ export interface components {
             exceptions: components["schemas"]["DutyExceptionModel"][];
         };
         /**
+         * ShownScan
+         * @description Points of one lidar scan above the road, thinned.
+         *
+         *         x_m, y_m    the place in the map from which offsets count; age_s: since the scan
+         *         offsets_cm  int16, little-endian: x0, y0, z0, x1, ... along the map's axes; z from the ground under the
+         *                     rear axle
+         */
+        ShownScan: {
+            x_m: number;
+            y_m: number;
+            age_s: number;
+            offsets_cm: string;
+        };
+        /**
          * ShownScene
          * @description What a vehicle shows, and how old that is by the server's clock.
          *
@@ -7756,6 +7788,37 @@ export interface components {
             /** @default null */
             scene: components["schemas"]["OnboardScene"] | null;
         };
+        /**
+         * ShownSign
+         * @description A traffic sign that the vehicle sees.
+         *
+         *         yaw_rad     of its face, towards those for whom it stands
+         *         distance_m  from the rear axle's centre
+         */
+        ShownSign: [
+            number,
+            "board" | "other" | "stop" | "yield",
+            number,
+            number,
+            number,
+            number
+        ];
+        /**
+         * ShownTrack
+         * @description A road user that the vehicle sees: as in `TrackReport`, with its velocity along the map's axes.
+         */
+        ShownTrack: [
+            number,
+            string,
+            number,
+            number,
+            number,
+            number,
+            number,
+            number,
+            number,
+            boolean
+        ];
         /**
          * Snapshot
          * @description First message on /ws/live, and again whenever the campus changes its map.

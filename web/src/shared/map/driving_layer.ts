@@ -20,13 +20,19 @@ type Track = DrivingView["tracks"][number];
 
 /**
  * Draws observation areas with their state, planned paths, and tracks of people with their predicted paths.
- * `at_ms` is the scene's clock, by which a camera's report becomes stale.
+ * `at_ms` is the scene's clock, by which a camera's report becomes stale. Of `detailed_vehicle` only predictions are
+ * drawn: its tracks are drawn in detail by another layer.
  */
-export function drivingLayer(scene: Scene, at_ms: number, selected_vehicle: string): MapLayer {
+export function drivingLayer(
+  scene: Scene,
+  at_ms: number,
+  selected_vehicle: string,
+  detailed_vehicle = "",
+): MapLayer {
   const observations = areaObservations(scene, at_ms);
   return (context, camera, palette, geometry) => {
     drawAreas(context, camera, palette, geometry.areas, observations);
-    drawPlansAndTracks(context, camera, palette, scene, selected_vehicle);
+    drawPlansAndTracks(context, camera, palette, scene, selected_vehicle, detailed_vehicle);
   };
 }
 
@@ -67,6 +73,7 @@ function drawPlansAndTracks(
   palette: Palette,
   scene: Scene,
   selected_vehicle: string,
+  detailed_vehicle: string,
 ): void {
   for (const vehicle of scene.vehicles) {
     const driving = vehicle.status?.driving;
@@ -75,7 +82,8 @@ function drawPlansAndTracks(
       vehicle.vehicle_id === selected_vehicle || selected_vehicle === "" ? 1 : 0.4;
     drawLine(context, camera, pointsOf(driving.path), palette.path, PATH_PX);
     if (camera.px_per_m >= PEOPLE_FROM_PX_PER_M)
-      for (const track of driving.tracks) drawTrack(context, camera, palette, track);
+      for (const track of driving.tracks)
+        drawTrack(context, camera, palette, track, vehicle.vehicle_id !== detailed_vehicle);
   }
   context.globalAlpha = 1;
 }
@@ -85,6 +93,7 @@ function drawTrack(
   camera: Camera,
   palette: Palette,
   track: Track,
+  with_body: boolean,
 ): void {
   const [, kind, x, y, yaw_rad, length_m, width_m, yielded_to, prediction] = track;
   const colour = yielded_to ? palette.yielded_to : palette.people;
@@ -93,6 +102,7 @@ function drawTrack(
     drawLine(context, camera, [[x, y], ...pointsOf(prediction)], colour, PREDICTION_PX);
     context.setLineDash([]);
   }
+  if (!with_body) return;
   const size_m_min = PERSON_PX_MIN / camera.px_per_m;
   context.beginPath();
   if (kind === "pedestrian") {

@@ -142,6 +142,11 @@ export function anOnboardScene(changes: Partial<OnboardScene> = {}): OnboardScen
     guard: "",
     path_times: null,
     tick_times: null,
+    tracks_by: "",
+    tracks: [],
+    tracks_age_s: 0,
+    signs: [],
+    scan: null,
     ...changes,
   };
 }

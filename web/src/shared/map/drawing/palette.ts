@@ -20,6 +20,8 @@ export interface Palette {
   readonly path: string;
   readonly people: string;
   readonly yielded_to: string;
+  /** What a shuttle sees in detail; the console's own. */
+  readonly seen: Record<"pedestrian" | "cyclist" | "vehicle" | "other" | "point" | "stop", string>;
   readonly font: string;
   /** The size of labels; it follows the size of text that the reader has set. */
   readonly text_px: number;
@@ -55,6 +57,14 @@ export function readPalette(element: Element): Palette {
     path: value("--map-path"),
     people: value("--map-people"),
     yielded_to: value("--danger"),
+    seen: {
+      pedestrian: value("--seen-pedestrian"),
+      cyclist: value("--seen-cyclist"),
+      vehicle: value("--seen-vehicle"),
+      other: value("--seen-other"),
+      point: value("--seen-point"),
+      stop: value("--danger"),
+    },
     font: style.fontFamily,
     text_px: 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize),
   };
