@@ -13,6 +13,7 @@ from vehicle_agent.perception.laser_people.tracking import (
     LaserTracks,
     no_laser_tracks,
     placed_at_base,
+    predicted,
 )
 from vehicle_agent.perception.laser_people.verification import PersonVerification, RegionScorer
 from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
@@ -125,9 +126,16 @@ class LaserPeople(msgspec.Struct, frozen=True):
         reported: BoolArray = told & self.tracker.is_followed(tracks)
         return reported
 
-    def seen_objects(self, state: LaserPeopleState, pose_map: Pose2) -> SeenObjects:
-        """The reported things without identities, for a tracker that joins several finders."""
+    def seen_objects(
+        self, state: LaserPeopleState, pose_map: Pose2, stamp_ns: int | None = None
+    ) -> SeenObjects:
+        """The reported things without identities, for a tracker that joins several finders.
+
+        stamp_ns  they are moved to it by their velocities, and pose_map is that of it; None: the scan's
+        """
         tracks = state.tracks.selected(self.reported(state))
+        if stamp_ns is not None:
+            tracks = predicted(tracks, stamp_ns, self.tracker.accel_mps2)
         poses, velocities, kinds, widths = _rows_of(tracks, pose_map)
         scores = np.where(tracks.has_moved, _MOVED_SCORE, _STANDING_SCORE)
         verified = 1.0 / (1.0 + np.exp(-np.maximum(tracks.evidence, 0.0)))

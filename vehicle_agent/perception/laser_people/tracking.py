@@ -121,7 +121,7 @@ class LaserTracker(msgspec.Struct, frozen=True):
         if tracks.stamp_ns and stamp_ns <= tracks.stamp_ns:
             return tracks
         places, widths, ranges, free = self._candidates(clusters, T_base_laser, pose_map)
-        moved = _predicted(tracks, stamp_ns, self.accel_mps2)
+        moved = predicted(tracks, stamp_ns, self.accel_mps2)
         variances = (self.place_std_m + self.range_std_ratio * ranges) ** 2
         rows, columns = self._matches(moved, places, variances)
         moved = _corrected(moved, rows, places[columns], widths[columns], variances[columns], free[columns])
@@ -207,7 +207,7 @@ def placed_at_base(places_map: Array, pose_map: Pose2) -> Array:
     return placed
 
 
-def _predicted(tracks: LaserTracks, stamp_ns: int, accel_mps2: float) -> LaserTracks:
+def predicted(tracks: LaserTracks, stamp_ns: int, accel_mps2: float) -> LaserTracks:
     """The tracks at a stamp: constant velocity, white noise of acceleration."""
     dt = (stamp_ns - tracks.stamp_ns) * 1e-9 if tracks.stamp_ns else 0.0
     place, speed, both = tracks.spreads.T

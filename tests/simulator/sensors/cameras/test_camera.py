@@ -12,7 +12,7 @@ from simulator.sensors.cameras.crossing_view import CrossingView
 from simulator.sensors.cameras.faults import FaultyCamera
 from simulator.sensors.cameras.figures import Wardrobe
 from simulator.sensors.cameras.light import DAY, NIGHT, OVERCAST, RAIN, Light
-from simulator.sensors.cameras.mounts import CameraMount, four_cameras, optical_pose, watching_camera
+from simulator.sensors.cameras.mounts import CameraMount, four_cameras, watching_camera
 from simulator.sensors.scene.changes import SceneError, WorldChanges
 from simulator.sensors.scene.ground import GroundParams
 from simulator.sensors.scene.moving_scene import MovingScenes
@@ -22,6 +22,7 @@ from tests.simulator.sensors.scene.campus import a_street
 from vehicle_agent.config import Body
 from vehicle_agent.perception.camera.projection import person_regions
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE
+from vehicle_agent.signals.pictures import optical_pose
 
 SCENE = StaticScene(a_street(), 1, WorldChanges(parked_ratio=0.0), GroundParams(grade_ratio=0.0))
 MOUNT = CameraMount("front", optical_pose(0.0, 0.0, 1.6, 0.0), 160, 120)

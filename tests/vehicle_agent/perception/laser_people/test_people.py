@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Pose2
-from simulator.sensors.cameras.mounts import CameraMount, optical_pose
+from simulator.sensors.cameras.mounts import CameraMount
 from tests.vehicle_agent.perception.laser_people.test_segments import ANGLES, scan_of
 from vehicle_agent.perception.laser_people.people import LaserPeople, LaserPeopleState, beams_of
 from vehicle_agent.signals import OTHER, PEDESTRIAN
-from vehicle_agent.signals.pictures import Picture, PinholeCamera
+from vehicle_agent.signals.pictures import Picture, PinholeCamera, optical_pose
 
 STEP_NS = 40_000_000
 ROOM = LaserPeople()
