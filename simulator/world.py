@@ -260,6 +260,10 @@ class SimWorld:
         others = np.delete(np.arange(len(self.vehicle_ids)), self._number[vehicle_id])
         return together(self.bodies(), self._fleet_bodies(others))
 
+    def all_bodies(self) -> Bodies:
+        """All road users, the vehicles of this world among them."""
+        return together(self.bodies(), self._fleet_bodies(np.arange(len(self.vehicle_ids))))
+
     def bodies(self) -> Bodies:
         """All road users except the vehicles of this world."""
         return self.actors.bodies() if self.actors else no_bodies()

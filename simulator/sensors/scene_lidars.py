@@ -71,7 +71,10 @@ def _sees_around(profile: Profile) -> bool:
 
 
 class SceneLidars:
-    """One static scene, and the sensors of each vehicle. `faults` by vehicle: each sensor's may be set."""
+    """One static scene, and the sensors of each vehicle. `faults` by vehicle: each sensor's may be set.
+
+    light  of all pictures
+    """
 
     def __init__(
         self, road_map: RoadMap, profiles: dict[str, Profile], options: SceneOptions, fleet_numbers_from: int
@@ -80,6 +83,7 @@ class SceneLidars:
         self.scene = StaticScene(
             road_map, options.seed, options.changes, options.ground, is_furnished=options.is_furnished
         )
+        self.light = options.light
         self._scenes = MovingScenes(self.scene.ground, fleet_numbers_from)
         self._vehicles: dict[str, _VehicleLidars] = {}
         self._planar: dict[str, VehiclePlanarScanner] = {}

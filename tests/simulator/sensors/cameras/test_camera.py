@@ -66,6 +66,23 @@ def test_the_same_seed_and_stamp_give_the_same_bytes_and_others_do_not() -> None
     assert not np.array_equal(first, shot(bodies(1, 42.0, -2.5), stamp_ns=6).picture.pixels)
 
 
+def test_a_glimpse_is_the_picture_where_it_is_looked_at_and_coarse_elsewhere() -> None:
+    camera = SceneCamera(MOUNT, SCENE, 1, OVERCAST)
+    there = around(bodies(1, 42.0, -2.5))
+    whole = camera.take(T_MAP_BASE, 5, there).picture.pixels.astype(int)
+    region = person_regions(camera.model, np.array([[12.0, -0.75, 0.0]]))
+    (u, v), height = np.rint(region.feet_px[0]).astype(int), round(float(region.heights_px[0]))
+    window = np.array([[u - height // 2, v - height - 5, u + height // 2, v + 5]])
+    glimpse = camera.glimpse(T_MAP_BASE, 5, there, window).pixels.astype(int)
+    left, top, right, bottom = window[0]
+    inside = np.abs(glimpse - whole)[top:bottom, left:right]
+    # The exposure is that of a coarser picture: a few grey levels.
+    assert np.percentile(inside, 99) <= 6
+    assert abs(glimpse.mean() - whole.mean()) < 5.0
+    assert (np.abs(glimpse - whole).max(axis=2) > 25).sum() > 50, "elsewhere edges are missing"
+    assert np.array_equal(glimpse, camera.glimpse(T_MAP_BASE, 5, there, window).pixels)
+
+
 def test_it_is_said_how_much_of_a_person_is_hidden() -> None:
     assert shot(bodies(1, 42.0, -2.5)).hidden[0] < 0.05
     behind = together(bodies(1, 42.0, -2.5), bodies(2, 38.0, -2.25, VEHICLE))
