@@ -6,6 +6,7 @@ recall       people in simulated drives on seeds that nothing was tuned on, by r
              which a person who has been in view for a second has a track (tracked_pct) with a person's label
              (recall_pct). In view: whole in the picture, and less than 40 % hidden
 false        tracks among trees that sway, without people: labelled as people (false_per_min), called moving
+             (moving_per_min); most of the driving is without pictures, of which labels say nothing
 recognition  share of people whose region OpenCV's people detector calls a person (score above 0), in the
              video and simulated at the same heights in pixels, also with pictures shrunk
 
