@@ -41,7 +41,7 @@ class VirtualCameras:
         rate_hz = min(params.rate_hz, DETECTOR_HZ)
 
         def detector_of(area: ObservationArea) -> Callable[[int], int | None]:
-            return detector_at(area, lidars.scene, world.all_bodies, detector_seed, lidars.light)
+            return detector_at(area, lidars.scene, world.all_bodies, detector_seed, lidars.light, rate_hz)
 
         self._cameras = cameras_at_crossings(road_map, replace(params, rate_hz=rate_hz), rng, detector_of)
 
