@@ -12,7 +12,7 @@ from tests.vehicle_agent.perception.test_height_map import a_scan
 from vehicle_agent.config import Profile
 from vehicle_agent.perception.laser_people.people import LaserPeople
 from vehicle_agent.perception.people_worker import PeopleFinder, PeopleWorker
-from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
+from vehicle_agent.signals import OTHER, PEDESTRIAN, ObstaclePercept, TrackPercept
 from vehicle_agent.signals.objects import EgoMotion
 from vehicle_agent.signals.pictures import Picture, PinholeCamera
 from vehicle_agent.stacks import own_perception
@@ -60,10 +60,13 @@ class Cart:
                 self.worker.look(Picture("front", now_ns, pixels))
                 self.pictures += 1
             if self.number % 5 == 0:
-                flat = np.column_stack((FLAT, np.zeros((len(FLAT), 2), np.float32)))
-                tracks = self.worker.percepts(flat, now_ns)[1]
+                tracks = self.worker.percepts(self.flat(), now_ns)[1]
         assert isinstance(tracks, TrackPercept)
         return tracks
+
+    @staticmethod
+    def flat() -> np.ndarray:
+        return np.column_stack((FLAT, np.zeros((len(FLAT), 2), np.float32)))
 
     def rows(self, x_m: float, y_m: float) -> np.ndarray:
         rng = np.random.default_rng(self.number)
@@ -110,6 +113,22 @@ def test_a_laser_that_falls_silent_leaves_the_tracks_of_the_points() -> None:
     assert len(cart.run(100, 12.0, -2.0, 1.2).ids) == 1
     cart.rows = lambda x_m, y_m: np.empty((0, 5), np.float32)  # type: ignore[method-assign]
     assert len(cart.run(100, 12.0, -2.0, 1.2).ids) == 0
+
+
+def test_what_stands_before_the_bumper_is_a_cell_though_the_roof_does_not_see_it() -> None:
+    cart = Cart(None, speed_mps=1.0)
+    cart.run(10, 5.0, 0.3, 0.0)
+    cells = cart.worker.percepts(cart.flat(), START_NS + 10 * STEP_NS)[0]
+    assert isinstance(cells, ObstaclePercept)
+    apart = np.hypot(*(cells.cells_base - (5.0 - 0.2 - 0.2, 0.3)).T)
+    assert apart.min() < 0.25
+    assert (apart < 0.6).all()
+    assert len(cells.heights_m) == len(cells.cells_base)
+    far = Cart(None)
+    far.run(10, 9.0, 0.3, 0.0)
+    (seen, _) = far.worker.percepts(far.flat(), START_NS + 10 * STEP_NS)
+    assert isinstance(seen, ObstaclePercept)
+    assert len(seen.cells_base) == 0, "on a slope the laser could meet the road there"
 
 
 def test_what_own_perception_lacks_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
