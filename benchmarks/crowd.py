@@ -16,9 +16,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
 
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
+from campusloop.commands.perceiving import tell_lacks
 from campusloop.scenes.crowd_clips import PEOPLE, ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
 from campusloop.scenes.stacks import perceiving, profile_of
@@ -38,6 +40,8 @@ def main() -> None:
         profiles = {stack: perceiving(profile_of(stack), own) for stack in arguments.stacks.split(",")}
     except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
+    for profile in profiles.values():
+        tell_lacks(Console(), profile, in_processes=False)
     for clip in clips:
         print(_recording_line(clip), flush=True)
     rows: list[Row] = []

@@ -8,7 +8,7 @@ from contract.roads.network import RoadNetwork
 from simulator.scoring.metrics import relations
 from simulator.sensors.cameras.camera import CameraSurroundings, SceneCamera
 from simulator.sensors.cameras.clothed_people import PeopleDresser
-from simulator.sensors.cameras.mounts import CameraMount, optical_pose
+from simulator.sensors.cameras.mounts import CameraMount
 from simulator.sensors.lidar import Lidar
 from simulator.sensors.lidars.driver import moved_to_end
 from simulator.sensors.lidars.mounts import roof_lidar
@@ -24,6 +24,7 @@ from simulator.traffic.outlines import outline_meets_edges, outlines_overlap
 from simulator.traffic.population import Population, TrafficParams
 from simulator.vehicle.plant import COMMAND_SIZE, Plant, PlantParams
 from vehicle_agent.config import Body, LidarMount
+from vehicle_agent.signals.pictures import optical_pose
 
 
 def warm_kernels() -> None:

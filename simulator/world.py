@@ -4,9 +4,11 @@ One `step` is 20 ms of world time and the world reads no clock, so the same worl
 the conductor and in real time in `campusloop simulate`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contract.geometry import Array, Pose2
 from contract.roads.model import RoadMap
@@ -37,6 +39,7 @@ from simulator.vehicle.plant import PlantParams, PlantView
 from simulator.vehicle.random_plant import random_plant
 from vehicle_agent.config import Profile
 from vehicle_agent.signals import VEHICLE, CanFrame, HmiOutput, InboxBody, TrackPercept
+from vehicle_agent.signals.pictures import Picture
 
 # A tracker's numbers of fleet vehicles start here; people and other traffic have lower ones.
 FLEET_NUMBERS_FROM = 1_000_000
@@ -217,6 +220,22 @@ class SimWorld:
         others, truth = self.road_users_of(vehicle_id), self.truth(vehicle_id)
         return self.scene_lidars.planar_scan(vehicle_id, now_ns, truth, others)
 
+    def people_scan(self, vehicle_id: str, now_ns: int) -> tuple[Array32, Array32] | None:
+        """A scan of the planar scanner for people if one is due, as `scan` gives it; only in a scene."""
+        if self.scene_lidars is None:
+            return None
+        others, truth = self.road_users_of(vehicle_id), self.truth(vehicle_id)
+        return self.scene_lidars.people_scan(vehicle_id, now_ns, truth, others)
+
+    def picture(
+        self, vehicle_id: str, now_ns: int, windows: Callable[[], NDArray[np.int64] | None]
+    ) -> Picture | None:
+        """The picture of now, if one is due and `windows` are wanted of it; only in a scene."""
+        if self.scene_lidars is None:
+            return None
+        others, truth = self.road_users_of(vehicle_id), self.truth(vehicle_id)
+        return self.scene_lidars.picture(vehicle_id, now_ns, truth, others, windows)
+
     def _is_scan_due(self, vehicle_id: str, now_ns: int) -> bool:
         rate_hz = self._profiles[vehicle_id].lidar.rate_hz
         if rate_hz <= 0.0:
@@ -240,6 +259,10 @@ class SimWorld:
         """All road users around a vehicle, the other vehicles of this world among them."""
         others = np.delete(np.arange(len(self.vehicle_ids)), self._number[vehicle_id])
         return together(self.bodies(), self._fleet_bodies(others))
+
+    def all_bodies(self) -> Bodies:
+        """All road users, the vehicles of this world among them."""
+        return together(self.bodies(), self._fleet_bodies(np.arange(len(self.vehicle_ids))))
 
     def bodies(self) -> Bodies:
         """All road users except the vehicles of this world."""

@@ -91,6 +91,31 @@ class PlanarScanner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             raise ValueError("field_rad must be above step_rad and at most a full turn")
 
 
+class Camera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A camera ahead that tells people from other things, base frame; pictures without distortion.
+
+    down_rad   its axis below the horizon; field_rad: horizontal field of view
+    rate_hz    pictures that are looked at each second; 0: the vehicle has none
+    """
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 1.7
+    yaw_rad: float = 0.0
+    down_rad: float = 0.0
+    field_rad: float = math.radians(50.0)
+    width_px: int = 640
+    height_px: int = 480
+    rate_hz: float = 0.0
+
+    def __post_init__(self) -> None:
+        """ValueError for a camera that no vehicle has."""
+        if not 0.0 <= self.rate_hz <= 50.0:
+            raise ValueError("rate_hz must be 0 to 50")
+        if not (0.05 <= self.field_rad <= 2.6 and self.width_px >= 16 and self.height_px >= 16):
+            raise ValueError("a camera has at least 16 x 16 px and a field_rad of 0.05 to 2.6")
+
+
 class Tyres(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Tyres and inertia of the vehicle.
 
@@ -240,6 +265,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     perception  who finds road users: "own" the agent in its lidars' scans, "tracker" another computer on the
                 vehicle, which sends tracks. Simulated trackers are made of the truth
+    planar_scanner, people_scanner  over people's heads, to localize by; at the height of a hip, to see people
+    camera      looks at what people_scanner finds
     """
 
     name: str = "campus-shuttle"
@@ -251,6 +278,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     limits: Limits = Limits()
     lidar: LidarMount = LidarMount()
     planar_scanner: PlanarScanner = PlanarScanner()
+    people_scanner: PlanarScanner = PlanarScanner()
+    camera: Camera = Camera()
     steering: SteeringColumn = SteeringColumn()
     by_wire: ByWire = ByWire()
     response: Response = Response()

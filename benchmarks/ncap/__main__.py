@@ -13,11 +13,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from rich.console import Console
+
 from benchmarks.ncap.drives import STREET_M, CellDrive, StreetDrive, StreetResult, drive_cell, drive_street
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
 from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
+from campusloop.commands.perceiving import tell_lacks
 from campusloop.scenes.protection.cells import cells
 from campusloop.scenes.stacks import perceiving
 from vehicle_agent.config import ProfileError, load_profile
@@ -74,6 +77,7 @@ def main() -> None:
 def cell_drives(arguments: argparse.Namespace) -> Iterator[CellDrive]:
     """Every Nth cell; a cell has the same vehicle whichever others are driven. Raises ProfileError."""
     profile = perceiving(load_profile(arguments.profile), arguments.perception == "own")
+    tell_lacks(Console(), profile, in_processes=False)
     logs = log_choice(arguments)
     traces = None if arguments.traces is None else arguments.traces.absolute()
     for number, cell in list(enumerate(cells(profile.body)))[:: arguments.every]:

@@ -6,6 +6,7 @@ recall       people in simulated drives on seeds that nothing was tuned on, by r
              which a person who has been in view for a second has a track (tracked_pct) with a person's label
              (recall_pct). In view: whole in the picture, and less than 40 % hidden
 false        tracks among trees that sway, without people: labelled as people (false_per_min), called moving
+             (moving_per_min); most of the driving is without pictures, of which labels say nothing
 recognition  share of people whose region OpenCV's people detector calls a person (score above 0), in the
              video and simulated at the same heights in pixels, also with pictures shrunk
 
@@ -59,6 +60,10 @@ def main() -> None:
     if arguments.minutes > 0.0:
         windy = StaticScene(road_map, 1, replace(WorldChanges(seed=arguments.seed), sway_m=0.2))
         rows.append(false_row(road_map, windy, body, front, arguments.minutes, arguments.seed))
+        if arguments.laser_minutes > 0.0:
+            rows.append(
+                false_row(road_map, windy, body, front, arguments.laser_minutes, arguments.seed, False)
+            )
     rows += _recognition_rows(road_map, scene, arguments)
     summary: Row = {
         "hz_10": rows[0]["hz"],
@@ -66,11 +71,14 @@ def main() -> None:
         "recall_20m": _recall_at(recalls, 20),
         "recall_30m": _recall_at(recalls, 30),
         "false_per_min": next((row["false_per_min"] for row in rows if row["part"] == "false"), None),
+        # Of the longest drive.
+        "moving_per_min": next((row["moving_per_min"] for row in rows[::-1] if row["part"] == "false"), None),
     }
     plain = {
         "map": str(arguments.map), "seed": arguments.seed, "drives": arguments.drives,
         "people": arguments.people,
-        "minutes": arguments.minutes, "lights": ",".join(arguments.lights), "cycles": arguments.cycles,
+        "minutes": arguments.minutes, "laser_minutes": arguments.laser_minutes,
+        "lights": ",".join(arguments.lights), "cycles": arguments.cycles,
         "video": str(arguments.video) if arguments.video else "", "cores_used": 1,
     }  # fmt: skip
     report.write(arguments.json, "pedestrians", plain, rows, summary)
@@ -143,6 +151,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--people", type=int, default=10, help="in each drive")
     parser.add_argument("--lights", nargs="+", choices=sorted(_LIGHTS), default=["day", "overcast"])
     parser.add_argument("--minutes", type=float, default=0.5, help="driven among trees; 0: none")
+    parser.add_argument("--laser-minutes", type=float, default=5.0, help="more of them, by the laser alone")
     parser.add_argument("--views", type=int, default=10, help="pictures of simulated people for recognition")
     parser.add_argument("--cycles", type=int, default=100, help="of each rate")
     parser.add_argument("--video", type=Path, help="people before a fixed camera, such as vtest.avi")

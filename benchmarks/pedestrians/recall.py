@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from benchmarks.pedestrians.scenes import Moment, PeopleDrive
+from benchmarks.pedestrians.scenes import Moment, PeopleDrive, states_of
 from contract.geometry import Array
 from vehicle_agent.perception.camera.people_detector import HogPeopleDetector
 from vehicle_agent.perception.camera.projection import person_regions
@@ -53,23 +53,11 @@ class RecallScore:
 
     def drive(self, drive: PeopleDrive) -> LaserPeopleState:
         """The state at the drive's end."""
-        room, state = self._room, LaserPeopleState()
+        state = LaserPeopleState()
         since: dict[int, int] = {}
         false_ids: set[int] = set()
-        for moment in drive.moments():
-            scan = moment.scan
-            state = room.after_scan(
-                state,
-                scan.ranges_m,
-                scan.angles_rad,
-                drive.laser.T_base_sensor,
-                moment.pose_map,
-                moment.stamp_ns,
-            )
+        for moment, state in states_of(drive, self._room, self._detector):
             if moment.shot is not None:
-                state = room.after_picture(
-                    state, moment.shot.picture, drive.camera.model, moment.pose_map, self._detector
-                )
                 self._compare(drive, moment, state, since)
                 false_ids |= _false(moment, state)
         self.samples.people += len(since)

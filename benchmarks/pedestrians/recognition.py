@@ -12,12 +12,13 @@ from contract.roads.model import RoadMap
 from simulator.sensors.cameras.camera import CameraSurroundings, SceneCamera
 from simulator.sensors.cameras.clothed_people import PeopleDresser
 from simulator.sensors.cameras.light import Light
-from simulator.sensors.cameras.mounts import CameraMount, optical_pose
+from simulator.sensors.cameras.mounts import CameraMount
 from simulator.sensors.scene.moving_scene import MovingScenes
 from simulator.sensors.scene.static_scene import StaticScene
 from simulator.traffic.actors import Bodies
 from vehicle_agent.perception.camera.people_detector import HogPeopleDetector, opencv
 from vehicle_agent.signals import PEDESTRIAN
+from vehicle_agent.signals.pictures import optical_pose
 
 cv2 = opencv()
 # Of a person in the video, so that both are compared at the same size.

@@ -20,6 +20,8 @@ from simulator.sensors.scene.moving_scene import MovingScenes
 from simulator.sensors.scene.static_scene import StaticScene
 from simulator.traffic.actors import Bodies, no_bodies
 from vehicle_agent.config import Body
+from vehicle_agent.perception.laser_people.people import LaserPeople, LaserPeopleState
+from vehicle_agent.perception.laser_people.verification import RegionScorer
 from vehicle_agent.signals import PEDESTRIAN
 
 SCAN_NS = 40_000_000
@@ -151,3 +153,18 @@ class PeopleDrive:
         poses: Array = start.poses_map.copy()
         poses[:, :2] += time_s * start.velocities_map_mps
         return Bodies(start.numbers, start.kinds, poses, start.velocities_map_mps, start.sizes_m)
+
+
+def states_of(
+    drive: PeopleDrive, room: LaserPeople, scorer: RegionScorer | None
+) -> Iterator[tuple[Moment, LaserPeopleState]]:
+    """Each moment of a drive, and what the room knows after it; scorer None: pictures are left out."""
+    state = LaserPeopleState()
+    for moment in drive.moments():
+        scan, pose_map = moment.scan, moment.pose_map
+        state = room.after_scan(
+            state, scan.ranges_m, scan.angles_rad, drive.laser.T_base_sensor, pose_map, moment.stamp_ns
+        )
+        if moment.shot is not None and scorer is not None:
+            state = room.after_picture(state, moment.shot.picture, drive.camera.model, pose_map, scorer)
+        yield moment, state

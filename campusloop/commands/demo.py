@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
-from campusloop.commands.perceiving import Perception, perceiving_profile
+from campusloop.commands.perceiving import Perception, perceiving_profile, tell_lacks
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
@@ -25,6 +25,7 @@ from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError, load_map
 from simulator.sensors.scene_lidars import SceneOptions, scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
+from vehicle_agent.perception.camera.people_detector import CameraLibraryMissing, opencv
 from vehicle_agent.runtime.screen.screen_settings import WEB_PAGES
 from vehicle_agent.stacks.choice import worker_tracks
 
@@ -77,6 +78,13 @@ def demo(
         bool,
         typer.Option("--campus-sky", help="Headless: buildings hide satellites and reflect their signals."),
     ] = False,
+    crossing_detector: Annotated[
+        bool,
+        typer.Option(
+            "--crossing-detector",
+            help="Headless: crossings' cameras count people in their pictures, in place of true counts.",
+        ),
+    ] = False,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -94,6 +102,11 @@ def demo(
         chosen = Profile() if profile is None else load_profile(profile)
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         kernels = for_campus(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
+        tell_lacks(console, chosen, in_processes=not headless)
+        if crossing_detector and not (headless and scene):
+            raise CampusStartError("--crossing-detector is for --headless with --scene: it looks at pictures")
+        if crossing_detector:
+            _check_detector()
         prepare_kernels(kernels, console)
         surroundings = scene_of_run(seed) if scene else None
         if campus_sky and (not headless or begin):
@@ -120,6 +133,7 @@ def demo(
                 surroundings,
                 points,
                 campus_sky,
+                crossing_detector,
             )
             return
         options = LiveOptions(
@@ -150,6 +164,13 @@ def demo(
     ) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
+
+
+def _check_detector() -> None:
+    try:
+        opencv()
+    except CameraLibraryMissing as error:
+        raise CampusStartError(str(error)) from error
 
 
 def _timetable(
@@ -199,6 +220,7 @@ def _headless(
     scene: SceneOptions | None,
     point_map: Path | None,
     campus_sky: bool,
+    crossing_detector: bool,
 ) -> None:
     from campusloop.virtual.campus import CampusOptions
     from campusloop.virtual.headless import run_headless
@@ -214,6 +236,7 @@ def _headless(
         scene=scene,
         point_map=point_map,
         campus_sky=campus_sky,
+        crossing_detector=crossing_detector,
     )
     result = run_headless(options, rides, console)
     for failure in result.failures:

@@ -4,8 +4,10 @@ from enum import StrEnum
 from pathlib import Path
 
 import msgspec
+from rich.console import Console
 
 from vehicle_agent.config import Profile, ProfileError, load_profile, profile_toml
+from vehicle_agent.stacks.choice import perception_lacks
 
 
 class Perception(StrEnum):
@@ -43,3 +45,10 @@ def perceiving_profile(
     written = folder / "perceiving.toml"
     written.write_text(profile_toml(chosen))
     return written
+
+
+def tell_lacks(console: Console, profile: Profile, *, in_processes: bool) -> None:
+    """Tell what own perception does without here; in_processes: of agents in real time."""
+    lacks = perception_lacks(profile, in_processes=in_processes)
+    if lacks:
+        console.print(f"[yellow]{lacks}[/yellow]", soft_wrap=True, highlight=False)

@@ -13,7 +13,7 @@ import typer
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
-from campusloop.commands.perceiving import Perception, perceiving_profile
+from campusloop.commands.perceiving import Perception, perceiving_profile, tell_lacks
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import SIMULATOR, for_vehicle
 from campusloop.live.shuttles import ShuttleOptions, SimulatedShuttles
@@ -86,6 +86,7 @@ def shuttles(
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         chosen = Profile() if profile is None else load_profile(profile)
         kernels = for_vehicle(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
+        tell_lacks(console, chosen, in_processes=True)
         prepare_kernels((*SIMULATOR, *kernels), console)
         options = ShuttleOptions(
             map_path=campus_map.absolute(),

@@ -13,11 +13,11 @@ from rich.console import Console
 from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
-from campusloop.commands.perceiving import Perception
+from campusloop.commands.perceiving import Perception, tell_lacks
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, for_campus
 from campusloop.live.simulation import simulate_vehicles
-from campusloop.scenes.stacks import PROFILE_OF_STACK, profile_of
+from campusloop.scenes.stacks import PROFILE_OF_STACK, perceiving, profile_of
 from campusloop.shipped import PROFILES, SHIPPED_MAPS
 from contract.localization_maps import LocalizationMapError
 from contract.roads.load import MapError
@@ -155,6 +155,7 @@ def _drive_km(
             for place in places
         }
         own = localized.own_perception
+        tell_lacks(console, perceiving(profile_of(stack), own), in_processes=False)
         ensure_kernels(for_campus(driven, by_scans=by_scans, own_perception=own))
         with open_campaign(cluster, workers, log_errors_only, places) as campaign:
             contacts = report_km(

@@ -55,9 +55,9 @@ def for_vehicle(stack: str, *, by_scans: bool = False, own_perception: bool = Fa
     by_scans: with a point map; own_perception: its worker finds and tracks road users
     """
     localization = ("planar_map" if stack == "nus" else "scan_map",) if by_scans else ()
-    # A Snow Lion's four lidars are looked at by a network as well.
-    finders = ("points", "detector") if stack == "snow_lion" else ("points",)
-    perception = finders if own_perception else ()
+    # A network looks at a Snow Lion's four lidars as well; the NUS cart has a laser for people.
+    finders = {"snow_lion": ("detector",), "nus": ("laser_people",)}
+    perception = ("points", *finders.get(stack, ())) if own_perception else ()
     return (stack, "gate", *localization, *perception)
 
 

@@ -80,6 +80,7 @@ class CampusOptions:
     scene    hills, kerbs, trees and parked vehicles, and lidars that see them; None: walls on a plane
     point_map  the folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
     campus_sky  buildings hide satellites and reflect their signals; otherwise receivers have an open sky
+    crossing_detector  cameras at crossings count people in simulated pictures; needs a scene and OpenCV
     """
 
     road_map: RoadMap
@@ -97,6 +98,7 @@ class CampusOptions:
     scene: SceneOptions | None = None
     point_map: Path | None = None
     campus_sky: bool = False
+    crossing_detector: bool = False
 
 
 class VirtualClock:
@@ -165,8 +167,9 @@ class VirtualCampus:
         if self.options.cameras is not None:
             params = self.options.cameras
             cameras = VirtualCameras(
-                self.options.road_map, params, self.world, self.conductor.rng, self._forward_presence
-            )
+                self.options.road_map, params, self.world, self.conductor.rng, self._forward_presence,
+                detector_seed=self.options.seed if self.options.crossing_detector else None,
+            )  # fmt: skip
             self.conductor.add("cameras", cameras)
         self.conductor.loop.create_task(self._forward_taps())
         for vehicle_id in self.vehicles:

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 
 from campusloop.virtual.conductor import STEP_NS
+from campusloop.virtual.wired_perception import WiredPerception
 from contract.roads.model import RoadMap
 from contract.runlog.matched_scans import MatchedScan
 from simulator.world import SimWorld
@@ -32,11 +33,9 @@ from vehicle_agent.signals import (
     LocalizationJob,
     ObstaclePercept,
     Outputs,
-    Percept,
     PlanAnswer,
     PlanJob,
     ScanAnswer,
-    SignPercept,
     ThinnedScan,
     TrackPercept,
 )
@@ -45,12 +44,9 @@ from vehicle_agent.signals.point_cloud import PointCloud, point_cloud
 from vehicle_agent.stacks.choice import (
     Planner,
     build_localization_worker,
-    build_perception_worker,
     build_planner,
 )
 
-# The worker's time for one scan, with the transport there and back.
-PERCEPT_DELAY_NS = 2 * STEP_NS
 # The motion planner's time for one job, with the transport there and back.
 PLAN_DELAY_NS = 2 * STEP_NS
 # The localization worker's time for one scan, and for one while the vehicle is lost, with the transport there
@@ -159,7 +155,7 @@ class WiredVehicle:
     planner      answers the jobs of a stack that makes any
     sent_frames  that the gate passed in the last step
     tick_wall_ns, tick_cpu_s  the last tick's times
-    plan_cpu_ms, percept_cpu_ms  CPU of each motion plan, and of the percepts of each scan so far
+    plan_cpu_ms  CPU of each motion plan so far
     localization  the worker of a vehicle with a point map
     """
 
@@ -176,16 +172,19 @@ class WiredVehicle:
         self._vehicle_id, self._world = vehicle_id, world
         self._profile, self._point_map = profile, point_map
         self._bus = WiredGate(vehicle_id, profile, world, mask)
-        self._perception = build_perception_worker(profile)
+        self._perception = WiredPerception(vehicle_id, profile, world)
         self.planner: Planner | None = build_planner(profile, road_map)
-        self._percepts: deque[tuple[int, Percept | SignPercept | ThinnedScan]] = deque()
         self._plans: deque[tuple[int, PlanAnswer]] = deque()
         self.localization: WiredLocalization | None = self._new_localization()
         self.computer: VehicleComputer | None = None
         self.tick_wall_ns, self.tick_cpu_s = 0, 0.0
         self.plan_cpu_ms: list[float] = []
-        self.percept_cpu_ms: list[float] = []
         self.sent_frames = 0
+
+    @property
+    def percept_cpu_ms(self) -> list[float]:
+        """CPU of the percepts of each scan of this boot so far."""
+        return self._perception.cpu_ms
 
     @property
     def gate(self) -> Gate:
@@ -202,13 +201,13 @@ class WiredVehicle:
         self._bus.restart_gate()
         self._bus.restart_inbox()
         self.localization = self._new_localization()
-        self._perception = build_perception_worker(self._profile)
+        self._perception = WiredPerception(self._vehicle_id, self._profile, self._world)
         self.computer = computer
 
     def crash(self) -> None:
         """End everything onboard at once."""
         self.computer = None
-        self._percepts.clear()
+        self._perception.crash()
         self._plans.clear()
 
     def _new_localization(self) -> WiredLocalization | None:
@@ -233,25 +232,14 @@ class WiredVehicle:
         self._bus.take_reports(reports, now_ns)
         for body in items:
             self._deliver("sensors", body, now_ns, input_filter)
-        if scan is not None:
-            began_s = time.process_time()
-            rows = np.column_stack((*scan, np.zeros_like(scan[1])))
-            for percept in self._perception.percepts(rows, now_ns):
-                self._percepts.append((now_ns + PERCEPT_DELAY_NS, percept))
-            for signs in self._perception.signs(rows, now_ns):
-                self._percepts.append((now_ns + PERCEPT_DELAY_NS, signs))
-            self.percept_cpu_ms.append(1e3 * (time.process_time() - began_s))
-            thinned = self._perception.thinned(rows, now_ns)
-            if thinned is not None:
-                self._percepts.append((now_ns + PERCEPT_DELAY_NS, thinned))
+        self._perception.see(scan, now_ns)
         # A stack's map is made by the sensor that it compares with it.
         placed = planar if self._profile.stack == "nus" else scan
         if placed is not None and self.localization is not None:
             self.localization.see(placed[0], now_ns)
-        while self._percepts and self._percepts[0][0] <= now_ns:
-            seen = self._percepts.popleft()[1]
-            source = THINNED_SOURCE if isinstance(seen, ThinnedScan) else "worker"
-            self._deliver(source, seen, now_ns, input_filter)
+        for percept in self._perception.due(now_ns):
+            source = THINNED_SOURCE if isinstance(percept, ThinnedScan) else "worker"
+            self._deliver(source, percept, now_ns, input_filter)
         while self._plans and self._plans[0][0] <= now_ns:
             self.inbox.put(now_ns, "planner", self._plans.popleft()[1])
         for answer in () if self.localization is None else self.localization.due(now_ns):

@@ -1,12 +1,15 @@
 """The lidars of all vehicles of a world in its common scene, tick by tick."""
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contract.geometry import Pose2
 from contract.roads.model import RoadMap
+from simulator.sensors.cameras.light import OVERCAST, Light
 from simulator.sensors.lidars.driver import moved_to_end
 from simulator.sensors.lidars.faults import FaultyLidar, FaultyPlanarScanner
 from simulator.sensors.lidars.firings import Array32
@@ -18,10 +21,12 @@ from simulator.sensors.scene.ground import GroundParams
 from simulator.sensors.scene.moving_scene import MovingScenes
 from simulator.sensors.scene.shapes import shuttle
 from simulator.sensors.scene.static_scene import CastScene, StaticScene
+from simulator.sensors.scene_people import VehiclePeopleSensors
 from simulator.sensors.scene_planar import VehiclePlanarScanner
 from simulator.traffic.actors import Bodies
 from simulator.vehicle.plant import PlantView
 from vehicle_agent.config import Profile
+from vehicle_agent.signals.pictures import Picture
 
 # Bodies farther away give no return that counts.
 _NEAR_M = 70.0
@@ -38,6 +43,7 @@ class SceneOptions:
               by themselves: people 2 m beside the vehicle are below the rings of one on the roof. Others have
               the VLP-16 of their profile
     is_furnished  trees, posts and parked vehicles beside the roads
+    light     of the pictures of vehicles that look for people
     """
 
     seed: int = 1
@@ -46,6 +52,7 @@ class SceneOptions:
     four: bool = False
     rain_mm_per_h: float = 0.0
     is_furnished: bool = True
+    light: Light = OVERCAST
 
 
 def open_square(seed: int) -> SceneOptions:
@@ -64,7 +71,10 @@ def _sees_around(profile: Profile) -> bool:
 
 
 class SceneLidars:
-    """One static scene, and the sensors of each vehicle. `faults` by vehicle: each sensor's may be set."""
+    """One static scene, and the sensors of each vehicle. `faults` by vehicle: each sensor's may be set.
+
+    light  of all pictures
+    """
 
     def __init__(
         self, road_map: RoadMap, profiles: dict[str, Profile], options: SceneOptions, fleet_numbers_from: int
@@ -73,9 +83,11 @@ class SceneLidars:
         self.scene = StaticScene(
             road_map, options.seed, options.changes, options.ground, is_furnished=options.is_furnished
         )
+        self.light = options.light
         self._scenes = MovingScenes(self.scene.ground, fleet_numbers_from)
         self._vehicles: dict[str, _VehicleLidars] = {}
         self._planar: dict[str, VehiclePlanarScanner] = {}
+        self._people: dict[str, VehiclePeopleSensors] = {}
         for vehicle_id, profile in profiles.items():
             if profile.lidar.rate_hz > 0.0:
                 rng = np.random.default_rng([options.seed, *f"scene lidars {vehicle_id}".encode()])
@@ -84,6 +96,11 @@ class SceneLidars:
                 rng = np.random.default_rng([options.seed, *f"planar scanner {vehicle_id}".encode()])
                 planar = VehiclePlanarScanner(self.scene, profile, rng, options.rain_mm_per_h)
                 self._planar[vehicle_id] = planar
+            if profile.perception == "own" and profile.people_scanner.rate_hz > 0.0:
+                rng = np.random.default_rng([options.seed, *f"people sensors {vehicle_id}".encode()])
+                self._people[vehicle_id] = VehiclePeopleSensors(
+                    self.scene, profile, rng, self._scenes, options.light, options.rain_mm_per_h
+                )
 
     def faults(self, vehicle_id: str) -> tuple[FaultyLidar, ...]:
         """The vehicle's sensors, in the order of `lidars_of`."""
@@ -104,6 +121,27 @@ class SceneLidars:
         if planar is None:
             return None
         return planar.step(now_ns, truth, lambda: self._moving(now_ns, truth, others))
+
+    def people_scan(
+        self, vehicle_id: str, now_ns: int, truth: PlantView, others: Bodies
+    ) -> tuple[Array32, Array32] | None:
+        """As `planar_scan`, of the scanner for people: only a vehicle that looks for them itself uses it."""
+        sensors = self._people.get(vehicle_id)
+        if sensors is None:
+            return None
+        return sensors.scan(now_ns, truth, lambda: self._moving(now_ns, truth, others))
+
+    def picture(
+        self,
+        vehicle_id: str,
+        now_ns: int,
+        truth: PlantView,
+        others: Bodies,
+        windows: Callable[[], NDArray[np.int64] | None],
+    ) -> Picture | None:
+        """The picture of now, if one is due and wanted (`VehiclePeopleSensors.picture`)."""
+        sensors = self._people.get(vehicle_id)
+        return None if sensors is None else sensors.picture(now_ns, truth, others, windows)
 
     def _moving(self, now_ns: int, truth: PlantView, others: Bodies) -> MovingBodies:
         apart = np.hypot(

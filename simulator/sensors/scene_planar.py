@@ -1,10 +1,11 @@
 """The planar scanner of one vehicle in a world's scene, tick by tick."""
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from contract.geometry import Pose2, wrap_angle
+from contract.geometry import Pose2
 from simulator.sensors.lidars.driver import planar_points
 from simulator.sensors.lidars.faults import FaultyPlanarScanner
 from simulator.sensors.lidars.firings import Array32
@@ -14,6 +15,7 @@ from simulator.sensors.lidars.scanner import MovingBodies
 from simulator.sensors.scene.shapes import shuttle
 from simulator.sensors.scene.static_scene import CastScene, StaticScene
 from simulator.vehicle.plant import PlantView
+from vehicle_agent.config import PlanarScanner as PlanarScannerProfile
 from vehicle_agent.config import Profile
 
 # What wheels and gyroscope add to the motion by which the driver puts a turn's points together.
@@ -21,15 +23,21 @@ _SPEED_STD_MPS, _YAW_RATE_STD_RADPS = 0.02, 0.003
 
 
 class VehiclePlanarScanner:
-    """Scans at the profile's rate; a turn of the mirror is over within the 20 ms of one step.
+    """Scans at the profile's rate; each beam leaves from where the vehicle was in its turn of the mirror.
 
     scanner  whose fault may be set
     """
 
     def __init__(
-        self, scene: StaticScene, profile: Profile, rng: np.random.Generator, rain_mm_per_h: float = 0.0
+        self,
+        scene: StaticScene,
+        profile: Profile,
+        rng: np.random.Generator,
+        rain_mm_per_h: float = 0.0,
+        params: PlanarScannerProfile | None = None,
     ) -> None:
-        body, params = profile.body, profile.planar_scanner
+        """params: which of the profile's scanners; None: the one to localize by."""
+        body, params = profile.body, params or profile.planar_scanner
         own = CastScene(shuttle(body.length_m, body.width_m, body.height_m, body.rear_overhang_m))
         self._mount = planar_mount(params)
         self.scanner = FaultyPlanarScanner(
@@ -40,7 +48,7 @@ class VehiclePlanarScanner:
         self._ground, self._wheelbase_m, self._rng = scene.ground, body.wheelbase_m, rng
         self._every_ns = round(1e9 / params.rate_hz)
         self._turn_ns = round(1e9 / params.mirror_hz)
-        self._before: tuple[int, Pose2] | None = None
+        self._poses: deque[tuple[int, Pose2]] = deque()
         self._due_ns: int | None = None
 
     def step(
@@ -50,13 +58,16 @@ class VehiclePlanarScanner:
 
         moving_now  what moves around; it is asked for a turn that is due. None: nothing does
         """
-        before, self._before = self._before, (now_ns, truth.pose_map)
+        begin_ns = now_ns - self._turn_ns
+        self._poses.append((now_ns, truth.pose_map))
+        # One pose before the turn's begin stays, to start from.
+        while len(self._poses) > 2 and self._poses[1][0] <= begin_ns:
+            self._poses.popleft()
         due_ns = now_ns if self._due_ns is None else self._due_ns
-        if before is None or now_ns < due_ns:
+        if len(self._poses) < 2 or now_ns < due_ns:
             return None
         self._due_ns = due_ns + self._every_ns
-        begin_ns = now_ns - self._turn_ns
-        way = _Way(before, (now_ns, truth.pose_map))
+        way = _Way(self._poses)
 
         def trajectory(times_ns: np.ndarray) -> np.ndarray:
             return self._ground.poses(way.poses(times_ns), self._wheelbase_m)
@@ -73,15 +84,10 @@ class VehiclePlanarScanner:
 class _Way:
     """Between two poses the vehicle moves evenly."""
 
-    def __init__(self, first: tuple[int, Pose2], last: tuple[int, Pose2]) -> None:
-        self._times = np.array([first[0], last[0]], dtype=np.float64)
-        turn_rad = wrap_angle(last[1].yaw_rad - first[1].yaw_rad)
-        self._rows = np.array(
-            [
-                [first[1].x_m, first[1].y_m, first[1].yaw_rad],
-                [last[1].x_m, last[1].y_m, first[1].yaw_rad + turn_rad],
-            ]
-        )
+    def __init__(self, poses: Iterable[tuple[int, Pose2]]) -> None:
+        rows = np.array([(stamp_ns, pose.x_m, pose.y_m, pose.yaw_rad) for stamp_ns, pose in poses])
+        self._times, self._rows = rows[:, 0], rows[:, 1:]
+        self._rows[:, 2] = np.unwrap(self._rows[:, 2])
 
     def poses(self, times_ns: np.ndarray) -> np.ndarray:
         """(n, 3) x, y, yaw at times (n,), ns."""

@@ -1,5 +1,7 @@
 """The perception worker of a vehicle that finds road users by itself."""
 
+from typing import Protocol
+
 import numpy as np
 
 from contract.geometry import Pose2
@@ -14,21 +16,45 @@ from vehicle_agent.signals import Percept, SignPercept, ThinnedScan
 from vehicle_agent.signals.objects import EgoMotion, SeenObjects
 
 
+class RoadUserFinder(Protocol):
+    """Finds road users beside the clusters of the points; what both find is one object."""
+
+    def found(
+        self, points: np.ndarray, intensities: np.ndarray, stamp_ns: int, pose_odom: Pose2
+    ) -> SeenObjects | None:
+        """What is there at stamp_ns; None: it cannot tell. points (n, 3) and intensities (n,) of the scan."""
+        ...
+
+
+class NetworkFinder:
+    """The network that looks at the same scan, with the velocities that the turn before shows."""
+
+    def __init__(self, detector: PillarDetector) -> None:
+        self._detector = detector
+        self._sweeps: tuple[Sweep, ...] = ()
+
+    def found(
+        self, points: np.ndarray, intensities: np.ndarray, stamp_ns: int, pose_odom: Pose2
+    ) -> SeenObjects | None:
+        newest = Sweep(stamp_ns, pose_odom, points, intensities)
+        older, self._sweeps = sweeps.step(self._sweeps, newest)
+        return self._detector.seen(points, intensities, stamp_ns, older)
+
+
 class TracksWorker:
     """Obstacle cells and tracks from the points, scan after scan."""
 
     def __init__(
         self,
         perception: PointPerception,
-        detector: PillarDetector | None = None,
+        finder: RoadUserFinder | None = None,
         thinning: ScanThinning | None = None,
     ) -> None:
-        """detector: a network that looks at the same scans; None: clusters alone.
+        """finder: looks at the same surroundings; None: clusters alone.
 
         thinning  of scans that are shown
         """
-        self._perception, self._detector = perception, detector
-        self._sweeps: tuple[Sweep, ...] = ()
+        self._perception, self._finder = perception, finder
         self._way = ReckonedWay()
         self._state = perception.initial()
         self._shown = ThinnedScans(thinning)
@@ -39,21 +65,12 @@ class TracksWorker:
     def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
         points = self._straightened(rows)
         pose_odom = self._way.pose_odom(stamp_ns)
-        found = self._found(points, rows[:, 3], stamp_ns, pose_odom)
+        finder = self._finder
+        found = None if finder is None else finder.found(points, rows[:, 3], stamp_ns, pose_odom)
         cells, tracks, self._state = self._perception.step(
             self._state, points, rows[:, 3], stamp_ns, pose_odom, found
         )
         return (cells, tracks)
-
-    def _found(
-        self, points: np.ndarray, intensities: np.ndarray, stamp_ns: int, pose_odom: Pose2
-    ) -> SeenObjects | None:
-        """What the network finds, with the velocities that the turn before shows."""
-        if self._detector is None:
-            return None
-        newest = Sweep(stamp_ns, pose_odom, points, intensities)
-        older, self._sweeps = sweeps.step(self._sweeps, newest)
-        return self._detector.seen(points, intensities, stamp_ns, older)
 
     def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
         del rows, stamp_ns
@@ -66,8 +83,9 @@ class TracksWorker:
         return thinning.thinned(self._straightened(thinning.some_of(rows)), stamp_ns)
 
     def _straightened(self, rows: np.ndarray) -> np.ndarray:
-        """(n, 3) the points as if all were measured at the stamp, once the motion is known."""
-        newest, points = self._way.newest, np.ascontiguousarray(rows[:, :3])
+        """(n, 3) the points of a scan as they are seen from the vehicle at the scan's stamp."""
+        points = np.ascontiguousarray(rows[:, :3])
+        newest = self._way.newest
         if newest is None:
             return points
         return straightened(points, rows[:, 4], newest.speed_mps, newest.yaw_rate_radps)

@@ -1,10 +1,23 @@
 """What finds road users in the scans of a vehicle's own lidars, built from the profile."""
 
+import contextlib
+import math
+
+import numpy as np
+
 from vehicle_agent.config import Body, Profile
-from vehicle_agent.perception.own_tracks import TracksWorker
+from vehicle_agent.perception.camera.people_detector import (
+    CameraLibraryMissing,
+    HogPeopleDetector,
+    opencv,
+)
+from vehicle_agent.perception.laser_people.people import LaserPeople
+from vehicle_agent.perception.own_tracks import NetworkFinder, TracksWorker
+from vehicle_agent.perception.people_worker import PeopleFinder, PeopleWorker
 from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.signals.pictures import PinholeCamera, optical_pose, pinhole_matrix
 from vehicle_agent.stacks.rooms import scan_thinning
 
 # The lidars on the corners stand out by so much.
@@ -12,12 +25,68 @@ _OWN_M = 0.25
 
 
 def tracks_worker(profile: Profile) -> TracksWorker:
-    """Clusters, and for the Snow Lion the network, which has learned from its four lidars.
+    """Clusters; for the Snow Lion the network besides, which has learned from its four lidars.
 
-    Raises DetectorFileError.
+    For a NUS vehicle with a planar scanner for people, that scanner and the camera (`lacking` says of what
+    there is too little). Raises DetectorFileError.
     """
-    network = detector(profile) if profile.stack == "snow_lion" else None
-    return TracksWorker(point_perception(profile), network, scan_thinning(profile))
+    points = point_perception(profile)
+    if profile.stack == "nus" and profile.people_scanner.rate_hz > 0.0:
+        return PeopleWorker(points, people_finder(profile), scan_thinning(profile))
+    network = NetworkFinder(detector(profile)) if profile.stack == "snow_lion" else None
+    return TracksWorker(points, network, scan_thinning(profile))
+
+
+def people_finder(profile: Profile) -> PeopleFinder:
+    """Laser and camera of the profile; without OpenCV or a camera the laser alone."""
+    scanner = profile.people_scanner
+    cos, sin = math.cos(scanner.yaw_rad), math.sin(scanner.yaw_rad)
+    T_base_laser = np.array(
+        [[cos, -sin, 0.0, scanner.x_m], [sin, cos, 0.0, scanner.y_m], [0.0, 0.0, 1.0, scanner.z_m],
+         [0.0, 0.0, 0.0, 1.0]]
+    )  # fmt: skip
+    scorer = None
+    if profile.camera.rate_hz > 0.0:
+        with contextlib.suppress(CameraLibraryMissing):
+            scorer = HogPeopleDetector()
+    return PeopleFinder(
+        LaserPeople(), T_base_laser, scanner.field_rad, scanner.step_rad, pinhole_camera(profile), scorer
+    )
+
+
+def pinhole_camera(profile: Profile) -> PinholeCamera:
+    """The profile's camera, as pictures are compared with it."""
+    camera = profile.camera
+    return PinholeCamera(
+        "front",
+        pinhole_matrix(camera.width_px, camera.height_px, camera.field_rad),
+        optical_pose(camera.x_m, camera.y_m, camera.z_m, camera.yaw_rad, camera.down_rad),
+        camera.width_px,
+        camera.height_px,
+    )
+
+
+def lacking(profile: Profile, *, in_processes: bool = False) -> str:
+    """What own perception does without in this installation, as a sentence for an operator; "": nothing.
+
+    in_processes  of an agent in real time, whose worker is given the lidar's scans only
+    """
+    if profile.stack != "nus" or profile.perception != "own":
+        return ""
+    if in_processes:
+        return (
+            "in real time no driver hands over scans of [people_scanner] and pictures of [camera] yet: "
+            "road users are found by the lidar on the roof alone"
+        )
+    if profile.people_scanner.rate_hz <= 0.0:
+        return f"{profile.name} has no [people_scanner]: road users are found by the lidar on the roof alone"
+    if profile.camera.rate_hz <= 0.0:
+        return f"{profile.name} has no [camera]: no picture verifies who is a person"
+    try:
+        opencv()
+    except CameraLibraryMissing as error:
+        return f"no picture verifies who is a person, laser and lidar find road users alone: {error}"
+    return ""
 
 
 def point_perception(profile: Profile) -> PointPerception:

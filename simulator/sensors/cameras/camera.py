@@ -20,6 +20,8 @@ _REACH_M = 300.0
 # Rays of one pixel, where people are: a limb is a pixel or two wide.
 _SUBSAMPLES = ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25))
 _OFF_SURFACE_M = 0.01
+# Of a glimpse: the pixels that are always there, and what lens and sharpening reach beyond a window.
+_COARSE, _EDGES_PX = 8, np.array([-4, -4, 4, 4])
 # Rays that tell how much of a person is hidden.
 _RAYS_ACROSS, _RAYS_DOWN = 12, 28
 
@@ -58,23 +60,55 @@ class SceneCamera:
     def take(self, T_map_base: Array, stamp_ns: int, around: CameraSurroundings) -> Shot:
         """The picture from a pose (4, 4) of the base; a fixed camera's base is the map (`np.eye(4)`)."""
         T_map_camera = np.asarray(T_map_base) @ self.mount.T_base_camera
-        mount, boxes = self.mount, _boxes_px(self.mount, T_map_camera, around.people)
+        boxes = _boxes_px(self.mount, T_map_camera, around.people)
+        everything = np.ones((self.mount.height_px, self.mount.width_px), dtype=bool)
+        picture = self._picture(T_map_camera, stamp_ns, around, boxes, everything)
+        hidden = self._hidden(T_map_camera, around, boxes)
+        return Shot(picture, np.asarray(around.people.numbers), hidden)
+
+    def glimpse(
+        self, T_map_base: Array, stamp_ns: int, around: CameraSurroundings, windows: NDArray[np.int64]
+    ) -> Picture:
+        """A picture that is right in the windows (k, 4: left, top, right, bottom), and coarse elsewhere.
+
+        For detectors that look at regions. Elsewhere one pixel of 8 x 8 stands for all.
+        """
+        T_map_camera = np.asarray(T_map_base) @ self.mount.T_base_camera
+        wanted = np.zeros((self.mount.height_px, self.mount.width_px), dtype=bool)
+        for left, top, right, bottom in np.maximum(windows + _EDGES_PX, 0):
+            wanted[top:bottom, left:right] = True
+        wanted[::_COARSE, ::_COARSE] = True
+        boxes = _boxes_px(self.mount, T_map_camera, around.people)
+        return self._picture(T_map_camera, stamp_ns, around, boxes, wanted)
+
+    def _picture(
+        self,
+        T_map_camera: Array,
+        stamp_ns: int,
+        around: CameraSurroundings,
+        boxes: NDArray[np.int64],
+        wanted: NDArray[np.bool_],
+    ) -> Picture:
+        """Of the pixels `wanted` (h, w); others repeat the coarse one above and left of them."""
+        mount = self.mount
         marked = np.zeros((mount.height_px, mount.width_px), dtype=bool)
         for left, top, right, bottom in boxes:
             marked[top:bottom, left:right] = True
         light = np.empty((marked.size, 3), dtype=np.float32)
-        plain, fine = np.flatnonzero(~marked), np.flatnonzero(marked)
+        plain, fine = np.flatnonzero(wanted & ~marked), np.flatnonzero(wanted & marked)
         light[plain] = self._light_of(T_map_camera, self._pixels[plain], around)
         if len(fine):
             parts = [
                 self._light_of(T_map_camera, self._pixels[fine] + offset, around) for offset in _SUBSAMPLES
             ]
             light[fine] = sum(parts) / len(parts)
+        shown = light.reshape(*marked.shape, 3)
+        if not wanted.all():
+            blocks = shown[::_COARSE, ::_COARSE].repeat(_COARSE, axis=0).repeat(_COARSE, axis=1)
+            shown = np.where(wanted[..., None], shown, blocks[: mount.height_px, : mount.width_px])
         rng = np.random.default_rng([self._seed, *mount.name.encode(), stamp_ns])
         sun_px, angle_rad = self._sun(T_map_camera, around)
-        pixels = developed(light.reshape(*marked.shape, 3), self.light, sun_px, angle_rad, rng)
-        hidden = self._hidden(T_map_camera, around, boxes)
-        return Shot(Picture(mount.name, stamp_ns, pixels), np.asarray(around.people.numbers), hidden)
+        return Picture(mount.name, stamp_ns, developed(shown, self.light, sun_px, angle_rad, rng))
 
     def _light_of(self, T_map_camera: Array, places_px: Array, around: CameraSurroundings) -> Array32:
         """(n, 3) light of the rays through places (n, 2) of the picture."""

@@ -7,10 +7,8 @@ import numpy as np
 
 from contract.geometry import Array
 from simulator.sensors.scene.changes import SceneError
-from vehicle_agent.config import Body
-
-# The ways that an optical frame's axes have in a frame with x ahead, y left, z up.
-_R_LEVEL_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+from vehicle_agent.config import Body, Camera
+from vehicle_agent.signals.pictures import optical_pose, pinhole_matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,22 +33,13 @@ class CameraMount:
     @property
     def K(self) -> Array:  # noqa: N802 - the pinhole matrix's name in every book
         """(3, 3) pinhole matrix; the middle of the first pixel is (0, 0)."""
-        focal_px = 0.5 * self.width_px / math.tan(0.5 * self.field_rad)
-        u, v = 0.5 * (self.width_px - 1), 0.5 * (self.height_px - 1)
-        return np.array([[focal_px, 0.0, u], [0.0, focal_px, v], [0.0, 0.0, 1.0]])
+        return pinhole_matrix(self.width_px, self.height_px, self.field_rad)
 
 
-def optical_pose(x_m: float, y_m: float, z_m: float, yaw_rad: float, down_rad: float = 0.0) -> Array:
-    """(4, 4) pose of an optical frame at a place, which looks to yaw_rad and down_rad below the horizon."""
-    cy, sy, cp, sp = math.cos(yaw_rad), math.sin(yaw_rad), math.cos(down_rad), math.sin(down_rad)
-    pose: Array = np.eye(4)
-    pose[:3, :3] = (
-        np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-        @ np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
-        @ _R_LEVEL_OPTICAL
-    )
-    pose[:3, 3] = x_m, y_m, z_m
-    return pose
+def profile_camera(camera: Camera) -> CameraMount:
+    """The camera of a vehicle's profile."""
+    pose = optical_pose(camera.x_m, camera.y_m, camera.z_m, camera.yaw_rad, camera.down_rad)
+    return CameraMount("front", pose, camera.width_px, camera.height_px, camera.field_rad)
 
 
 def four_cameras(body: Body) -> tuple[CameraMount, ...]:

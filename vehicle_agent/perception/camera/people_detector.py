@@ -7,6 +7,8 @@ from types import ModuleType
 
 import numpy as np
 
+from contract.geometry import Array, IntArray
+
 WINDOW_PX = (64, 128)
 # Of the window, a person fills this much; the rest is a margin that the classifier was trained with.
 PERSON_PX = 96.0
@@ -35,6 +37,17 @@ def opencv() -> ModuleType:
         )
     library: ModuleType = cv2
     return library
+
+
+def windows_px(feet_px: Array, heights_px: Array, aside_px: int = 8, up_px: int = 16) -> IntArray:
+    """(k, 4) left, top, right, bottom (excluded): what `HogPeopleDetector` reads of a picture.
+
+    feet_px (k, 2), heights_px (k,)  the largest person that is looked for there
+    """
+    half = 0.5 * np.array([WINDOW_PX[0] + 2 * aside_px, WINDOW_PX[1] + 2 * up_px]) / PERSON_PX
+    middle = feet_px - np.column_stack((np.zeros(len(feet_px)), 0.5 * heights_px))
+    reach = heights_px[:, None] * half + 1.0
+    return np.column_stack((np.floor(middle - reach), np.ceil(middle + reach))).astype(np.int64)
 
 
 class HogPeopleDetector:

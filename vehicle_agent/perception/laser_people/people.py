@@ -1,5 +1,7 @@
 """The people around a vehicle by one laser and its cameras, scan by scan and picture by picture."""
 
+import math
+
 import msgspec
 import numpy as np
 
@@ -11,6 +13,7 @@ from vehicle_agent.perception.laser_people.tracking import (
     LaserTracks,
     no_laser_tracks,
     placed_at_base,
+    predicted,
 )
 from vehicle_agent.perception.laser_people.verification import PersonVerification, RegionScorer
 from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
@@ -19,6 +22,8 @@ from vehicle_agent.signals.pictures import Picture, PinholeCamera
 
 _PERSON_M = 1.7
 _WIDTH_M_MIN = 0.4
+# How sure the laser is that something is a road user which no camera has verified.
+_MOVED_SCORE, _STANDING_SCORE = 0.5, 0.3
 
 
 class LaserPeopleState(msgspec.Struct, frozen=True):
@@ -34,7 +39,9 @@ class LaserPeople(msgspec.Struct, frozen=True):
     moving_mps      slower things are not called moving
     moving_spreads  nor those whose speed is within so many of its standard deviations
     moved_m         nor those that are still nearer to their first place
-    moving_hits     nor what fewer scans have shown: the end of what hides a wall moves for a moment
+    moving_hits     nor what fewer scans have shown free: the end of what hides a wall moves with the vehicle
+    misfit_max      nor what jumps, as leaves and parts of a hedge do (`LaserTracks.misfit`)
+    steady_ratio    nor what has gone less than this share of the way that its speed makes
     person_m_max    a wider thing that no camera sees is not taken for a person
     """
 
@@ -45,7 +52,9 @@ class LaserPeople(msgspec.Struct, frozen=True):
     moving_mps: float = 0.4
     moving_spreads: float = 3.0
     moved_m: float = 0.9
-    moving_hits: int = 16
+    moving_hits: int = 14
+    misfit_max: float = 0.5
+    steady_ratio: float = 0.6
     person_m_max: float = 1.0
 
     def after_scan(
@@ -63,6 +72,8 @@ class LaserPeople(msgspec.Struct, frozen=True):
         """
         clusters = clusters_of(ranges_m, angles_rad, self.segments)
         tracks = self.tracker.step(state.tracks, clusters, T_base_laser, pose_map, stamp_ns)
+        if tracks is not state.tracks:
+            tracks = msgspec.structs.replace(tracks, has_moved=tracks.has_moved | self.is_moving(tracks))
         cameras = tuple(self.rules.at(camera, stamp_ns) for camera in state.cameras)
         return LaserPeopleState(tracks, cameras)
 
@@ -92,31 +103,43 @@ class LaserPeople(msgspec.Struct, frozen=True):
         speeds = np.hypot(tracks.velocities_map_mps[:, 0], tracks.velocities_map_mps[:, 1])
         gone = tracks.places_map - tracks.born_map
         ahead = (gone * tracks.velocities_map_mps).sum(axis=1) / np.maximum(speeds, 1e-9)
+        followed_s = (tracks.stamp_ns - tracks.born_ns) * 1e-9
         moving: BoolArray = (
             (speeds >= self.moving_mps)
             & (speeds >= self.moving_spreads * np.sqrt(tracks.spreads[:, 1]))
             & (ahead >= self.moved_m)
-            & (tracks.hits >= self.moving_hits)
+            & (ahead >= self.steady_ratio * speeds * followed_s)
+            & (tracks.free_hits >= self.moving_hits)
+            & (tracks.misfit <= self.misfit_max)
         )
         return moving
 
     def reported(self, state: LaserPeopleState) -> BoolArray:
-        """(n,) the things that others should know of: people, and what moves.
+        """(n,) the things that others should know of: people, and what moves or has moved.
 
         Without a camera that can be believed, also whatever could be a person and stands.
         """
         tracks = state.tracks
-        told = tracks.is_person | self.is_moving(tracks)
+        told = tracks.is_person | tracks.has_moved
         if not any(camera.state == "good" for camera in state.cameras):
             told = told | (tracks.widths_m <= self.person_m_max)
         reported: BoolArray = told & self.tracker.is_followed(tracks)
         return reported
 
-    def seen_objects(self, state: LaserPeopleState, pose_map: Pose2) -> SeenObjects:
-        """The reported things without identities, for a tracker that joins several finders."""
+    def seen_objects(
+        self, state: LaserPeopleState, pose_map: Pose2, stamp_ns: int | None = None
+    ) -> SeenObjects:
+        """The reported things without identities, for a tracker that joins several finders.
+
+        stamp_ns  they are moved to it by their velocities, and pose_map is that of it; None: the scan's
+        """
         tracks = state.tracks.selected(self.reported(state))
+        if stamp_ns is not None:
+            tracks = predicted(tracks, stamp_ns, self.tracker.accel_mps2)
         poses, velocities, kinds, widths = _rows_of(tracks, pose_map)
-        scores = np.where(tracks.is_person, 1.0 / (1.0 + np.exp(-np.maximum(tracks.evidence, 0.0))), 0.3)
+        scores = np.where(tracks.has_moved, _MOVED_SCORE, _STANDING_SCORE)
+        verified = 1.0 / (1.0 + np.exp(-np.maximum(tracks.evidence, 0.0)))
+        scores = np.where(tracks.is_person, verified, scores)
         sizes = np.column_stack((widths, widths, np.full(len(widths), _PERSON_M)))
         return SeenObjects(tracks.stamp_ns, kinds, scores, poses, sizes, velocities)
 
@@ -140,10 +163,18 @@ def _rows_of(tracks: LaserTracks, pose_map: Pose2) -> tuple[Array, Array, np.nda
     return np.column_stack((places, headings)).reshape(-1, 3), velocities, kinds, widths
 
 
-def polar_of(points_base: Array, T_base_laser: Array) -> tuple[Array, Array]:
-    """Ranges (n,) and rising angles (n,) of a scan that comes as points (n, 3), base frame."""
+def beams_of(
+    points_base: Array, T_base_laser: Array, field_rad: float, step_rad: float
+) -> tuple[Array, Array]:
+    """Ranges (n,), inf without a return, and angles (n,) of a scan that comes as points (k, 3), base frame.
+
+    field_rad, step_rad  of the scanner; a beam that two points claim has the nearer one
+    """
     level = (points_base - T_base_laser[:3, 3]) @ T_base_laser[:3, :3]
-    ranges = np.hypot(level[:, 0], level[:, 1])
-    angles = np.arctan2(level[:, 1], level[:, 0])
-    order = np.argsort(angles, kind="stable")
-    return ranges[order].astype(np.float64), angles[order].astype(np.float64)
+    beams = 1 + math.floor(field_rad / step_rad + 1e-9)
+    angles = step_rad * (np.arange(beams, dtype=np.float64) - 0.5 * (beams - 1))
+    rows = np.rint((np.arctan2(level[:, 1], level[:, 0]) - angles[0]) / step_rad).astype(np.int64)
+    inside = (rows >= 0) & (rows < beams)
+    ranges: Array = np.full(beams, np.inf)
+    np.minimum.at(ranges, rows[inside], np.hypot(level[inside, 0], level[inside, 1]))
+    return ranges, angles

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numba import njit
 
-from contract.geometry import Array
+from contract.geometry import Array, BoolArray
 
 
 class SegmentParams(msgspec.Struct, frozen=True):
@@ -18,6 +18,7 @@ class SegmentParams(msgspec.Struct, frozen=True):
     legs_m         clusters whose nearest ends are closer than this belong together, if both are small
     small_m        a cluster that is wider is a wall, a hedge or a vehicle, and joins nothing
     depth_m        half the depth of a person: the middle lies that much behind the surface
+    apart_m        a cluster with nothing else so near its ends, and nothing before them, stands free
     """
 
     range_m_max: float = 40.0
@@ -26,14 +27,22 @@ class SegmentParams(msgspec.Struct, frozen=True):
     legs_m: float = 0.35
     small_m: float = 0.8
     depth_m: float = 0.12
+    apart_m: float = 0.5
 
 
 class Clusters(msgspec.Struct, frozen=True):
-    """centres_laser (k, 2) middle of each thing, m; widths_m (k,) across; beams (k,) int64 that end on it."""
+    """What one scan shows; rows belong together.
+
+    centres_laser (k, 2)  middle of each thing, m
+    widths_m (k,)         across
+    beams (k,) int64      that end on it
+    is_free (k,) bool     all of it is seen and nothing adjoins it: it is no end of a wall or part of a hedge
+    """
 
     centres_laser: Array
     widths_m: Array
     beams: np.ndarray
+    is_free: BoolArray
 
     def __len__(self) -> int:
         return len(self.widths_m)
@@ -49,9 +58,9 @@ def clusters_of(ranges_m: Array, angles_rad: Array, params: SegmentParams) -> Cl
     """
     table = _clusters(
         np.asarray(ranges_m, dtype=np.float64), np.asarray(angles_rad, dtype=np.float64), params.range_m_max,
-        params.lambda_rad, params.noise_m, params.legs_m, params.small_m, params.depth_m,
+        params.lambda_rad, params.noise_m, params.legs_m, params.small_m, params.depth_m, params.apart_m,
     )  # fmt: skip
-    return Clusters(table[:, :2].copy(), table[:, 2].copy(), table[:, 3].astype(np.int64))
+    return Clusters(table[:, :2].copy(), table[:, 2].copy(), table[:, 3].astype(np.int64), table[:, 4] > 0.0)
 
 
 @njit(cache=True)
@@ -64,11 +73,13 @@ def _clusters(
     legs_m: float,
     small_m: float,
     depth_m: float,
+    apart_m: float,
 ) -> Array:
-    """(k, 4) x, y, width, beams."""
+    """(k, 5) x, y, width, beams, 1 for what stands free."""
     n = ranges_m.shape[0]
-    # Rows: x and y of the first and the last end, sum of x and y, beams, x and y of the last but one.
-    rows = np.empty((n, 9))
+    # Rows: x and y of the first and the last end, sum of x and y, beams, x and y of the last but one, the
+    # numbers of the first and the last beam.
+    rows = np.empty((n, 11))
     count, before = 0, -1
     for i in range(n):
         r = ranges_m[i]
@@ -96,9 +107,46 @@ def _clusters(
         else:
             rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = x, y, x, y
             rows[count, 4], rows[count, 5], rows[count, 6] = x, y, 1.0
+            rows[count, 9] = i
             count += 1
+        rows[count - 1, 10] = i
         before = i
-    return _joined(rows[:count], legs_m, small_m, depth_m)
+    out = _joined(rows[:count], legs_m, small_m, depth_m)
+    for k in range(out.shape[0]):
+        first, last = int(out[k, 5]), int(out[k, 6])
+        is_free = _ends_free(ranges_m, angles_rad, first, -1, range_m_max, noise_m, apart_m) and _ends_free(
+            ranges_m, angles_rad, last, 1, range_m_max, noise_m, apart_m
+        )
+        out[k, 4] = 1.0 if is_free else 0.0
+    return out
+
+
+@njit(cache=True)
+def _ends_free(
+    ranges_m: Array,
+    angles_rad: Array,
+    end: int,
+    step: int,
+    range_m_max: float,
+    noise_m: float,
+    apart_m: float,
+) -> bool:
+    """Beyond beam `end`, in steps of 1 or -1, nothing is nearer to the laser or adjoins."""
+    r, n = ranges_m[end], ranges_m.shape[0]
+    i, is_first = end + step, True
+    while 0 <= i < n:
+        apart_rad = abs(angles_rad[i] - angles_rad[end])
+        if r * apart_rad > apart_m:
+            return True
+        other = ranges_m[i]
+        if 0.0 < other <= range_m_max:
+            gap = math.sqrt(max(0.0, r * r + other * other - 2.0 * r * other * math.cos(apart_rad)))
+            if gap < apart_m or (is_first and other < r - 3.0 * noise_m):
+                return False
+            is_first = False
+        i += step
+    # The scan ends here: more of the thing may be outside.
+    return i - step != end
 
 
 @njit(cache=True)
@@ -118,7 +166,7 @@ def _continues(row: Array, range_m: float, angle_rad: float, noise_m: float) -> 
 def _joined(rows: Array, legs_m: float, small_m: float, depth_m: float) -> Array:
     """Small neighbours become one, such as two legs, or a leg and an arm."""
     k = rows.shape[0]
-    out = np.empty((k, 4))
+    out = np.empty((k, 7))
     count = 0
     i = 0
     while i < k:
@@ -137,6 +185,7 @@ def _joined(rows: Array, legs_m: float, small_m: float, depth_m: float) -> Array
         reach = max(1e-6, math.hypot(x, y))
         out[count, 0], out[count, 1] = x * (1.0 + depth_m / reach), y * (1.0 + depth_m / reach)
         out[count, 2], out[count, 3] = math.hypot(x1 - x0, y1 - y0), beams
+        out[count, 5], out[count, 6] = rows[i, 9], rows[j - 1, 10]
         count += 1
         i = j
     return out[:count]

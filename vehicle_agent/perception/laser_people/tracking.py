@@ -10,6 +10,7 @@ from contract.geometry import Array, BoolArray, Pose2
 from vehicle_agent.perception.laser_people.segments import Clusters
 
 _NO_FIT = 1e6
+_MISFIT_GAIN = 0.1
 
 
 class LaserTracks(msgspec.Struct, frozen=True):
@@ -20,10 +21,13 @@ class LaserTracks(msgspec.Struct, frozen=True):
     spreads (n, 3)             variances of place and velocity and their covariance, alike along both axes
     widths_m (n,)              smoothed
     seen_ns (n,) int64         last scan that showed it; hits (n,) int64 scans that did
-    born_map (n, 2)            where it was first seen
+    free_hits (n,) int64       scans that showed it free (`Clusters.is_free`)
+    born_map (n, 2), born_ns (n,) int64  where and when it was first seen free
+    misfit (n,)                smoothed squared deviation from the predicted place, in variances; 2 is honest
     evidence (n,)              sum of what pictures said of it, log likelihood ratio of a person
     looks (n,) int64           pictures that showed it
     is_person (n,) bool        it has once been verified
+    has_moved (n,) bool        it has once been seen to go somewhere
     """
 
     stamp_ns: int
@@ -34,10 +38,14 @@ class LaserTracks(msgspec.Struct, frozen=True):
     widths_m: Array
     seen_ns: np.ndarray
     hits: np.ndarray
+    free_hits: np.ndarray
     born_map: Array
+    born_ns: np.ndarray
+    misfit: Array
     evidence: Array
     looks: np.ndarray
     is_person: BoolArray
+    has_moved: BoolArray
     next_id: int = 1
 
     def __len__(self) -> int:
@@ -48,7 +56,8 @@ class LaserTracks(msgspec.Struct, frozen=True):
         return LaserTracks(
             self.stamp_ns, self.ids[chosen], self.places_map[chosen], self.velocities_map_mps[chosen],
             self.spreads[chosen], self.widths_m[chosen], self.seen_ns[chosen], self.hits[chosen],
-            self.born_map[chosen], self.evidence[chosen], self.looks[chosen], self.is_person[chosen],
+            self.free_hits[chosen], self.born_map[chosen], self.born_ns[chosen], self.misfit[chosen],
+            self.evidence[chosen], self.looks[chosen], self.is_person[chosen], self.has_moved[chosen],
             self.next_id,
         )  # fmt: skip
 
@@ -65,9 +74,13 @@ def no_laser_tracks() -> LaserTracks:
         none,
         whole,
         whole,
+        whole,
         pairs,
+        whole,
+        none,
         none,
         whole,
+        np.empty(0, np.bool_),
         np.empty(0, np.bool_),
     )
 
@@ -107,16 +120,18 @@ class LaserTracker(msgspec.Struct, frozen=True):
         """
         if tracks.stamp_ns and stamp_ns <= tracks.stamp_ns:
             return tracks
-        places, widths, ranges = self._candidates(clusters, T_base_laser, pose_map)
-        moved = _predicted(tracks, stamp_ns, self.accel_mps2)
+        places, widths, ranges, free = self._candidates(clusters, T_base_laser, pose_map)
+        moved = predicted(tracks, stamp_ns, self.accel_mps2)
         variances = (self.place_std_m + self.range_std_ratio * ranges) ** 2
         rows, columns = self._matches(moved, places, variances)
-        moved = _corrected(moved, rows, places[columns], widths[columns], variances[columns], stamp_ns)
+        moved = _corrected(moved, rows, places[columns], widths[columns], variances[columns], free[columns])
         age_ns = stamp_ns - moved.seen_ns
         is_kept = age_ns <= np.where(moved.hits >= self.hits_min, self.coast_ns, self.new_coast_ns)
-        is_free: BoolArray = np.ones(len(places), np.bool_)
-        is_free[columns] = False
-        return self._with_new(moved.selected(is_kept), places[is_free], widths[is_free], variances[is_free])
+        is_new: BoolArray = np.ones(len(places), np.bool_)
+        is_new[columns] = False
+        return self._with_new(
+            moved.selected(is_kept), places[is_new], widths[is_new], variances[is_new], free[is_new]
+        )
 
     def is_followed(self, tracks: LaserTracks) -> BoolArray:
         """(n,) which of them several scans have shown."""
@@ -125,13 +140,14 @@ class LaserTracker(msgspec.Struct, frozen=True):
 
     def _candidates(
         self, clusters: Clusters, T_base_laser: Array, pose_map: Pose2
-    ) -> tuple[Array, Array, Array]:
-        """Places (k, 2) on the map, widths and ranges (k,) of the clusters that may be people."""
+    ) -> tuple[Array, Array, Array, BoolArray]:
+        """Places (k, 2) on the map, widths, ranges, and which stand free (k,), of what may be people."""
         ranges = np.hypot(clusters.centres_laser[:, 0], clusters.centres_laser[:, 1])
         small = np.flatnonzero(clusters.widths_m <= self.width_m_max)
         small = small[np.argsort(ranges[small], kind="stable")[: self.tracks_max]]
         places_base = clusters.centres_laser[small] @ T_base_laser[:2, :2].T + T_base_laser[:2, 3]
-        return placed_on_map(places_base, pose_map), clusters.widths_m[small], ranges[small]
+        places_map = placed_on_map(places_base, pose_map)
+        return places_map, clusters.widths_m[small], ranges[small], clusters.is_free[small]
 
     def _matches(self, tracks: LaserTracks, places: Array, variances: Array) -> tuple[np.ndarray, np.ndarray]:
         """Rows of tracks and of clusters that belong together: the least sum of squared distances."""
@@ -147,9 +163,11 @@ class LaserTracker(msgspec.Struct, frozen=True):
         good = fits[rows, columns]
         return rows[good], columns[good]
 
-    def _with_new(self, tracks: LaserTracks, places: Array, widths: Array, variances: Array) -> LaserTracks:
+    def _with_new(
+        self, tracks: LaserTracks, places: Array, widths: Array, variances: Array, free: BoolArray
+    ) -> LaserTracks:
         room = max(0, self.tracks_max - len(tracks))
-        places, widths, variances = places[:room], widths[:room], variances[:room]
+        places, widths, variances, free = places[:room], widths[:room], variances[:room], free[:room]
         n = len(places)
         spreads = np.column_stack((variances, np.full(n, self.start_mps**2), np.zeros(n)))
         ids = tracks.next_id + np.arange(n, dtype=np.int64)
@@ -163,10 +181,14 @@ class LaserTracker(msgspec.Struct, frozen=True):
             np.concatenate((tracks.widths_m, widths)),
             np.concatenate((tracks.seen_ns, stamps)),
             np.concatenate((tracks.hits, np.ones(n, np.int64))),
+            np.concatenate((tracks.free_hits, free.astype(np.int64))),
             np.vstack((tracks.born_map, places)),
+            np.concatenate((tracks.born_ns, stamps)),
+            np.concatenate((tracks.misfit, np.full(n, 2.0))),
             np.concatenate((tracks.evidence, np.zeros(n))),
             np.concatenate((tracks.looks, np.zeros(n, np.int64))),
             np.concatenate((tracks.is_person, np.zeros(n, np.bool_))),
+            np.concatenate((tracks.has_moved, np.zeros(n, np.bool_))),
             tracks.next_id + n,
         )
 
@@ -185,7 +207,7 @@ def placed_at_base(places_map: Array, pose_map: Pose2) -> Array:
     return placed
 
 
-def _predicted(tracks: LaserTracks, stamp_ns: int, accel_mps2: float) -> LaserTracks:
+def predicted(tracks: LaserTracks, stamp_ns: int, accel_mps2: float) -> LaserTracks:
     """The tracks at a stamp: constant velocity, white noise of acceleration."""
     dt = (stamp_ns - tracks.stamp_ns) * 1e-9 if tracks.stamp_ns else 0.0
     place, speed, both = tracks.spreads.T
@@ -202,9 +224,9 @@ def _predicted(tracks: LaserTracks, stamp_ns: int, accel_mps2: float) -> LaserTr
 
 
 def _corrected(
-    tracks: LaserTracks, rows: np.ndarray, places: Array, widths: Array, variances: Array, stamp_ns: int
+    tracks: LaserTracks, rows: np.ndarray, places: Array, widths: Array, variances: Array, free: BoolArray
 ) -> LaserTracks:
-    """Kalman filter: rows (k,) of the tracks get measured places (k, 2)."""
+    """Kalman filter: rows (k,) of the tracks get measured places (k, 2), at the tracks' stamp."""
     place, speed, both = tracks.spreads[rows].T
     total = place + variances
     gain, speed_gain = place / total, both / total
@@ -215,10 +237,15 @@ def _corrected(
     spreads, widths_m = tracks.spreads.copy(), tracks.widths_m.copy()
     spreads[rows] = np.column_stack(((1.0 - gain) * place, speed - speed_gain * both, (1.0 - gain) * both))
     widths_m[rows] += 0.3 * (widths - widths_m[rows])
-    seen_ns, hits = tracks.seen_ns.copy(), tracks.hits.copy()
-    seen_ns[rows] = stamp_ns
+    seen_ns, hits, misfit = tracks.seen_ns.copy(), tracks.hits.copy(), tracks.misfit.copy()
+    seen_ns[rows] = tracks.stamp_ns
     hits[rows] += 1
+    misfit[rows] += _MISFIT_GAIN * ((miss**2).sum(axis=1) / total - misfit[rows])
+    free_hits, born_map, born_ns = tracks.free_hits.copy(), tracks.born_map.copy(), tracks.born_ns.copy()
+    first = rows[free & (free_hits[rows] == 0)]
+    born_map[first], born_ns[first] = new_places[first], tracks.stamp_ns
+    free_hits[rows] += free
     return msgspec.structs.replace(
         tracks, places_map=new_places, velocities_map_mps=velocities, spreads=spreads, widths_m=widths_m,
-        seen_ns=seen_ns, hits=hits,
+        seen_ns=seen_ns, hits=hits, free_hits=free_hits, born_map=born_map, born_ns=born_ns, misfit=misfit,
     )  # fmt: skip

@@ -74,20 +74,10 @@ class PersonVerification(msgspec.Struct, frozen=True):
         pose_map   of the vehicle when the picture was taken
         condition  after this picture; a camera that is not good gives no evidence for or against anything
         """
-        apart_ns = picture.stamp_ns - tracks.stamp_ns
-        if (
-            not len(tracks)
-            or abs(apart_ns) > self.apart_ns_max
-            or condition.state not in ("good", "upside_down")
-        ):
+        places_base = self._places_base(tracks, picture.stamp_ns, pose_map)
+        if places_base is None or condition.state not in ("good", "upside_down"):
             return tracks, condition
-        places = tracks.places_map + apart_ns * 1e-9 * tracks.velocities_map_mps
-        places_base = placed_at_base(places, pose_map)
-        ground = np.column_stack((places_base, np.zeros(len(tracks))))
-        regions = person_regions(camera, ground, self.person_m)
-        ranges = np.hypot(places_base[:, 0], places_base[:, 1])
-        rivals = _overlapping(regions)
-        rows = self._rows(tracks, followed, regions, ranges, rivals)
+        regions, rivals, rows = self._asked(tracks, followed, places_base, camera)
         scores = np.full(len(tracks), -np.inf)
         upright = turned = 0
         for number, row in enumerate(rows.tolist()):
@@ -112,6 +102,38 @@ class PersonVerification(msgspec.Struct, frozen=True):
         looks[np.isfinite(scores)] += 1
         is_person = tracks.is_person | (evidence >= self.evidence_label)
         return msgspec.structs.replace(tracks, evidence=evidence, looks=looks, is_person=is_person), condition
+
+    def asked_regions(
+        self,
+        tracks: LaserTracks,
+        followed: np.ndarray,
+        stamp_ns: int,
+        camera: PinholeCamera,
+        pose_map: Pose2,
+    ) -> tuple[Array, Array]:
+        """(feet_px (k, 2), heights_px (k,)) of what `look` would score in a picture of stamp_ns."""
+        places_base = self._places_base(tracks, stamp_ns, pose_map)
+        if places_base is None:
+            return np.empty((0, 2)), np.empty(0)
+        regions, _, rows = self._asked(tracks, followed, places_base, camera)
+        return regions.feet_px[rows], max(self.heights) * regions.heights_px[rows]
+
+    def _places_base(self, tracks: LaserTracks, stamp_ns: int, pose_map: Pose2) -> Array | None:
+        """(n, 2) where the things were at stamp_ns; None: nothing is followed, or it is too far away."""
+        apart_ns = stamp_ns - tracks.stamp_ns
+        if not len(tracks) or abs(apart_ns) > self.apart_ns_max:
+            return None
+        return placed_at_base(tracks.places_map + apart_ns * 1e-9 * tracks.velocities_map_mps, pose_map)
+
+    def _asked(
+        self, tracks: LaserTracks, followed: np.ndarray, places_base: Array, camera: PinholeCamera
+    ) -> tuple[Regions, np.ndarray, np.ndarray]:
+        """(regions of all tracks, (n, n) which overlap, rows that a picture is asked about)."""
+        ground = np.column_stack((places_base, np.zeros(len(tracks))))
+        regions = person_regions(camera, ground, self.person_m)
+        ranges = np.hypot(places_base[:, 0], places_base[:, 1])
+        rivals = _overlapping(regions)
+        return regions, rivals, self._rows(tracks, followed, regions, ranges, rivals)
 
     def _rows(
         self, tracks: LaserTracks, followed: np.ndarray, regions: Regions, ranges: Array, rivals: np.ndarray

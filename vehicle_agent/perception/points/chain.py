@@ -36,21 +36,21 @@ class PointPerception(msgspec.Struct, frozen=True):
         intensities: np.ndarray,
         stamp_ns: int,
         pose_map: Pose2,
-        network: SeenObjects | None = None,
+        found: SeenObjects | None = None,
     ) -> tuple[ObstaclePercept, TrackPercept, ObjectTrackerState]:
         """Cells and tracks of one scan of all lidars, moved to stamp_ns.
 
         points_base  (n, 3) float32, base frame at stamp_ns, z from the ground under the rear axle
         intensities  (n,) as the lidars give them
         pose_map     of the vehicle at stamp_ns
-        network      objects that a detector found in the same scan: clusters in them are theirs
+        found        objects that another finder has at stamp_ns: clusters in them are theirs
         Raises ValueError for points of another shape.
         """
         heights = point_heights(points_base, self.grid)
         cells = percept_of(heights, stamp_ns, self.grid)
         points = np.ascontiguousarray(points_base, dtype=np.float32)
         seen = objects_of_points(points, heights, stamp_ns, self.grid, self.clusters)
-        if network is not None:
-            seen = union(seen, network)
+        if found is not None:
+            seen = union(seen, found)
         tracks, state = self.tracker.step(state, seen, pose_map)
         return cells, tracks, state

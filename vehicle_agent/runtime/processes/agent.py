@@ -59,6 +59,7 @@ from vehicle_agent.stacks.choice import (
     build_localization_worker,
     build_perception_worker,
     build_planner,
+    perception_lacks,
     warm_localization,
     worker_tracks,
 )
@@ -67,6 +68,8 @@ from vehicle_agent.stacks.warm import warm_tick
 log = structlog.get_logger()
 
 SOFTWARE = "0.1.0"
+
+log = structlog.get_logger()
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,6 +242,9 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
     for place in places:
         files = AgentFolder(place.folder)
         vehicle = files.vehicle()
+        lacks = perception_lacks(files.profile(), in_processes=True)
+        if lacks:
+            log.warning("perception.lacks", vehicle_id=vehicle.vehicle_id, what=lacks)
         scanned.append(
             ScannedVehicle(
                 vehicle.vehicle_id,

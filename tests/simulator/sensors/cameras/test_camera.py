@@ -12,7 +12,7 @@ from simulator.sensors.cameras.crossing_view import CrossingView
 from simulator.sensors.cameras.faults import FaultyCamera
 from simulator.sensors.cameras.figures import Wardrobe
 from simulator.sensors.cameras.light import DAY, NIGHT, OVERCAST, RAIN, Light
-from simulator.sensors.cameras.mounts import CameraMount, four_cameras, optical_pose, watching_camera
+from simulator.sensors.cameras.mounts import CameraMount, four_cameras, watching_camera
 from simulator.sensors.scene.changes import SceneError, WorldChanges
 from simulator.sensors.scene.ground import GroundParams
 from simulator.sensors.scene.moving_scene import MovingScenes
@@ -22,6 +22,7 @@ from tests.simulator.sensors.scene.campus import a_street
 from vehicle_agent.config import Body
 from vehicle_agent.perception.camera.projection import person_regions
 from vehicle_agent.signals import PEDESTRIAN, VEHICLE
+from vehicle_agent.signals.pictures import optical_pose
 
 SCENE = StaticScene(a_street(), 1, WorldChanges(parked_ratio=0.0), GroundParams(grade_ratio=0.0))
 MOUNT = CameraMount("front", optical_pose(0.0, 0.0, 1.6, 0.0), 160, 120)
@@ -63,6 +64,23 @@ def test_the_same_seed_and_stamp_give_the_same_bytes_and_others_do_not() -> None
     assert np.array_equal(first, shot(bodies(1, 42.0, -2.5)).picture.pixels)
     assert not np.array_equal(first, shot(bodies(1, 42.0, -2.5), seed=2).picture.pixels)
     assert not np.array_equal(first, shot(bodies(1, 42.0, -2.5), stamp_ns=6).picture.pixels)
+
+
+def test_a_glimpse_is_the_picture_where_it_is_looked_at_and_coarse_elsewhere() -> None:
+    camera = SceneCamera(MOUNT, SCENE, 1, OVERCAST)
+    there = around(bodies(1, 42.0, -2.5))
+    whole = camera.take(T_MAP_BASE, 5, there).picture.pixels.astype(int)
+    region = person_regions(camera.model, np.array([[12.0, -0.75, 0.0]]))
+    (u, v), height = np.rint(region.feet_px[0]).astype(int), round(float(region.heights_px[0]))
+    window = np.array([[u - height // 2, v - height - 5, u + height // 2, v + 5]])
+    glimpse = camera.glimpse(T_MAP_BASE, 5, there, window).pixels.astype(int)
+    left, top, right, bottom = window[0]
+    inside = np.abs(glimpse - whole)[top:bottom, left:right]
+    # The exposure is that of a coarser picture: a few grey levels.
+    assert np.percentile(inside, 99) <= 6
+    assert abs(glimpse.mean() - whole.mean()) < 5.0
+    assert (np.abs(glimpse - whole).max(axis=2) > 25).sum() > 50, "elsewhere edges are missing"
+    assert np.array_equal(glimpse, camera.glimpse(T_MAP_BASE, 5, there, window).pixels)
 
 
 def test_it_is_said_how_much_of_a_person_is_hidden() -> None:

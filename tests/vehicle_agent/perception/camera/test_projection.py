@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simulator.sensors.cameras.mounts import CameraMount, optical_pose
+from simulator.sensors.cameras.mounts import CameraMount
 from vehicle_agent.perception.camera.projection import person_regions, turned_region
-from vehicle_agent.signals.pictures import PinholeCamera
+from vehicle_agent.signals.pictures import PinholeCamera, optical_pose
 
 
 def a_camera(yaw_rad: float = 0.0, down_rad: float = 0.0) -> PinholeCamera:

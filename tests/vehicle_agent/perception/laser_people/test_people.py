@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contract.geometry import Pose2
-from simulator.sensors.cameras.mounts import CameraMount, optical_pose
+from simulator.sensors.cameras.mounts import CameraMount
 from tests.vehicle_agent.perception.laser_people.test_segments import ANGLES, scan_of
-from vehicle_agent.perception.laser_people.people import LaserPeople, LaserPeopleState, polar_of
+from vehicle_agent.perception.laser_people.people import LaserPeople, LaserPeopleState, beams_of
 from vehicle_agent.signals import OTHER, PEDESTRIAN
-from vehicle_agent.signals.pictures import Picture, PinholeCamera
+from vehicle_agent.signals.pictures import Picture, PinholeCamera, optical_pose
 
 STEP_NS = 40_000_000
 ROOM = LaserPeople()
@@ -117,6 +117,37 @@ def test_what_moves_is_told_of_though_no_picture_verifies_it() -> None:
     assert np.allclose(seen.velocities_base_mps[0], (0.0, 1.2), atol=0.3)
 
 
+def test_a_walker_who_stops_is_still_told_of() -> None:
+    rig = Rig([(12.0, -3.0, 0.0, 1.2)], Scorer([])).run(50)
+    rig.things = [(12.0, rig.places()[0][1], 0.0, 0.0)]
+    assert ROOM.seen_objects(rig.run(100).state, HERE).kinds.tolist() == [OTHER]
+
+
+def test_what_a_gap_shows_of_a_wall_does_not_move() -> None:
+    # The vehicle drives along a fence with a gap. The part of a wall that is seen through it wanders.
+    state, moving = LaserPeopleState(), 0
+    left = ANGLES > 0.05
+    for number in range(1, 90):
+        x = 2.0 * number * STEP_NS * 1e-9
+        ranges = np.full(len(ANGLES), np.inf)
+        fence_m = 3.0 / np.sin(ANGLES[left])
+        in_gap = np.abs(x + fence_m * np.cos(ANGLES[left]) - 12.0) < 0.25
+        ranges[left] = np.where(in_gap, 6.0 / np.sin(ANGLES[left]), fence_m)
+        pose_map = Pose2(x, 0.0, 0.0)
+        state = ROOM.after_scan(state, ranges, ANGLES, np.eye(4), pose_map, number * STEP_NS)
+        moving += int(ROOM.is_moving(state.tracks).sum())
+    assert moving == 0
+
+
+def test_leaves_that_jump_about_do_not_move() -> None:
+    rng, state, moving = np.random.default_rng(4), LaserPeopleState(), 0
+    for number in range(1, 250):
+        twigs = [(9.0 + 0.02 * number + rng.normal(0.0, 0.2), rng.normal(0.0, 0.2), 0.05) for _ in range(2)]
+        state = ROOM.after_scan(state, scan_of(twigs), ANGLES, np.eye(4), HERE, number * STEP_NS)
+        moving += int(ROOM.is_moving(state.tracks).sum())
+    assert moving == 0
+
+
 def test_a_person_before_a_trunk_is_verified_and_the_trunk_is_not() -> None:
     scorer = Scorer([pixel_of(10.0, 1.0)])
     # The trunk is 20 cm beside the line of sight: its region shows the person, too.
@@ -191,6 +222,9 @@ def test_points_of_a_driver_become_ranges_about_the_laser(yaw_rad: float, x: flo
     ranges = 10.0 + np.sin(3.0 * ANGLES)
     level = np.column_stack((ranges * np.cos(ANGLES), ranges * np.sin(ANGLES), np.zeros(len(ANGLES))))
     points = level @ T_base_laser[:3, :3].T + T_base_laser[:3, 3]
-    found, angles = polar_of(points, T_base_laser)
+    step_rad = math.radians(0.25)
+    kept = np.arange(len(ANGLES)) % 5 > 0
+    found, angles = beams_of(points[kept], T_base_laser, 719.0 * step_rad, step_rad)
     assert np.allclose(angles, ANGLES)
-    assert np.allclose(found, ranges)
+    assert np.allclose(found[kept], ranges[kept])
+    assert np.isinf(found[~kept]).all(), "a beam without a return has none"

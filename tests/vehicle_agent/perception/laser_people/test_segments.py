@@ -57,6 +57,19 @@ def test_a_wall_is_wide_and_stays_one_behind_a_person() -> None:
     assert clusters.widths_m[~small].min() > 10.0
 
 
+def test_what_adjoins_another_thing_or_is_partly_hidden_is_not_free() -> None:
+    alone = clusters_of(scan_of([(8.0, 0.0, 0.2)], wall_x_m=12.0), ANGLES, PARAMS)
+    (person,) = np.flatnonzero((alone.widths_m < 1.0) & (np.abs(alone.centres_laser[:, 1]) < 5.0))
+    assert alone.is_free[person]
+    # A twig beside a twig, 0.45 m apart, and a person behind a post.
+    hedge = clusters_of(scan_of([(8.0, 0.0, 0.03), (8.0, 0.48, 0.03)]), ANGLES, PARAMS)
+    assert hedge.is_free.tolist() == [False, False]
+    hidden = clusters_of(scan_of([(8.0, 0.0, 0.2), (5.0, 0.1, 0.05)]), ANGLES, PARAMS)
+    ranges = np.hypot(*hidden.centres_laser.T)
+    assert not hidden.is_free[ranges > 7.0].any()
+    assert hidden.is_free[ranges < 6.0].all(), "the post itself is seen whole"
+
+
 def test_readings_that_are_no_returns_are_nothing() -> None:
     for value in (math.nan, math.inf, 0.0, -1.0, 1e6):
         assert len(clusters_of(np.full(len(ANGLES), value), ANGLES, PARAMS)) == 0

@@ -30,6 +30,13 @@ def test_who_is_no_one_the_network_knows_stays_seen() -> None:
     assert sorted(found.kinds.tolist()) == sorted([VEHICLE, OTHER, PEDESTRIAN])
 
 
+def test_what_a_finder_has_no_kind_for_gives_way_to_a_cluster_and_stays_where_there_is_none() -> None:
+    clusters = seen((PEDESTRIAN, 0.8, 10.0, 2.0, 0.5))
+    found = union(clusters, seen((OTHER, 0.5, 10.1, 2.1, 0.4), (OTHER, 0.5, 4.0, 0.0, 0.4)))
+    assert sorted(found.kinds.tolist()) == sorted([PEDESTRIAN, OTHER])
+    assert found.poses_base[found.kinds == OTHER, 0].tolist() == [4.0]
+
+
 def test_an_unsure_network_changes_nothing() -> None:
     clusters = seen((PEDESTRIAN, 0.8, 10.0, 2.0, 0.5))
     found = union(clusters, seen((VEHICLE, SCORE_MIN - 0.01, 10.0, 2.0, 4.5)))
