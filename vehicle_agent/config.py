@@ -294,7 +294,7 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def tracks_by(self) -> Literal["", "own", "tracker"]:
-        """Who finds road users; "": the stack tracks none."""
+        """What finds road users; "": the stack tracks none."""
         return self.perception if self.tracks_road_users else ""
 
     @property

@@ -27,7 +27,7 @@ PATH_TRACKS_MAX = 100
 LIMITS_MAX = 100
 ROOMS_MAX = 50
 
-# Who finds road users: the vehicle in its own scans, or another computer; "": the vehicle has cells only.
+# Road users are found by the vehicle in its own scans, or by another computer; "": it has cells only.
 TracksBy = Literal["", "own", "tracker"]
 # "board": a sign whose shape is not known yet; "other": neither stop nor yield.
 SignKind = Literal["stop", "yield", "board", "other"]

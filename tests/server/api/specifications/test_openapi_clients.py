@@ -26,8 +26,8 @@ pytestmark = pytest.mark.real
 HERE = Path(__file__).parent
 DOCUMENT: dict[str, Any] = json.loads(json.dumps(bare_app().openapi()))
 OPTIONS = ("--meta", "none", "--output-path", "campus_client", "--fail-on-warning", "--config", "config.json")
-# It knows no pictures, and is told to hand them on as they are.
-OPAQUE = ("image/svg+xml", "image/png", "application/zip")
+# It knows no pictures and videos, and is told to hand them on as they are.
+OPAQUE = ("image/svg+xml", "image/png", "application/zip", "video/webm")
 CONFIG = {"content_type_overrides": dict.fromkeys(OPAQUE, "application/octet-stream")}
 GENERATORS = ROOT / "var" / "generators" / "bin"
 

@@ -50,5 +50,5 @@ def test_each_sign_stands_at_its_place_with_what_it_is_and_how_far() -> None:
         (-5.0, 0.0),
     ]
     assert len({json.dumps(one["color"]) for one in boards[:3]}) == 3
-    # The stack tracks nobody, and says so by saying nothing.
+    # This stack has no tracks, and names no finder of them.
     assert entities["tracks"]["metadata"] == []
