@@ -141,9 +141,10 @@ def run(
         for folder in folders:
             files = AgentFolder(folder)
             files.vehicle()
-            if worker_tracks(files.profile()):
+            profile = files.profile()
+            if worker_tracks(profile):
                 # A detector that cannot be run would end the worker again and again, and the vehicle stand.
-                tracks_worker(files.profile())
+                tracks_worker(profile)
             files.road_map()
             files.screen()
             sensors = files.sensors()

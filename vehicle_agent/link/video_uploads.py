@@ -58,8 +58,7 @@ class VideoUploads:
 
     async def _upload(self, path: Path) -> bool:
         """One attempt; False if the server cannot take it now."""
-        data = await asyncio.to_thread(path.read_bytes)
-        sha256 = hashlib.sha256(data).hexdigest()
+        data, sha256 = await asyncio.to_thread(_read, path)
         signature = self._sign(signed_video(self._vehicle_id, sha256, path.name))
         try:
             response = await put_signed(
@@ -84,3 +83,9 @@ class VideoUploads:
         log.info("video.uploaded", vehicle_id=self._vehicle_id, file=path.name, size_bytes=len(data))
         await asyncio.to_thread(path.unlink, True)
         return True
+
+
+def _read(path: Path) -> tuple[bytes, str]:
+    """A file and the SHA-256 of its bytes."""
+    data = path.read_bytes()
+    return data, hashlib.sha256(data).hexdigest()

@@ -69,8 +69,6 @@ log = structlog.get_logger()
 
 SOFTWARE = "0.1.0"
 
-log = structlog.get_logger()
-
 
 @dataclass(frozen=True, slots=True)
 class AgentPlace:

@@ -69,8 +69,6 @@ class CameraRecorder:
         self._stop, self._cut_now = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"camera {camera.name}", daemon=True)
         self.condition = CameraCondition(camera.name)
-        # The newest picture, for who looks live. A frame is never changed once it is here.
-        self.newest: tuple[int, Any] | None = None
 
     def start(self) -> None:
         self._thread.start()
@@ -123,7 +121,6 @@ class CameraRecorder:
             if entry.turned:
                 planar = _turned(planar)
             self._checked = check(self._checked, stamp_ns, luma_of(planar))
-            self.newest = (stamp_ns, planar)
             self._write(verdict is Verdict.BEGIN, stamp_ns, planar)
 
     def _write(self, begins: bool, stamp_ns: int, frame: Any) -> None:
@@ -156,7 +153,7 @@ class CameraRecorder:
         try:
             path = file.close()
             log.info("video.segment", camera=self._camera.name, file=path.name, pictures=file.pictures)
-        except OSError as error:
+        except Exception as error:  # noqa: BLE001 - the thread goes on: the next start recovers this segment
             log.error("video.segment_not_closed", camera=self._camera.name, error=str(error))
 
     def _give_up(self) -> None:

@@ -187,3 +187,21 @@ def test_a_file_that_is_no_video_is_told(tmp_path: Path, content: bytes) -> None
     path.write_bytes(content)
     with pytest.raises(SourceFailure, match="cannot be opened"):
         open_source(RecordedCamera("x", CameraEntry(str(path)), str(path)), time.monotonic_ns)
+
+
+def test_a_segment_that_cannot_be_closed_ends_no_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    close, failures = SegmentFile.close, iter([ValueError("the library refuses its own data")])
+
+    def close_badly_once(file: SegmentFile) -> Path:
+        for failure in failures:
+            file.abandon()
+            raise failure
+        return close(file)
+
+    monkeypatch.setattr(SegmentFile, "close", close_badly_once)
+    sources = [Scripted(at([begin, begin + 0.1]), SourceFailure("unplugged")) for begin in (1.0, 20.0)]
+    recorder = recorded(tmp_path, iter(sources), lambda one: one.condition.recorded == 4)
+    assert recorder.condition.recorded == 4
+    assert [name.stamp_ns // 10**9 for name in segments_in(tmp_path) if name.length_ms is not None] == [20]
