@@ -24,15 +24,20 @@ export class TimetableDraft {
     return base !== null && JSON.stringify(base.trips) !== JSON.stringify(this.trips.value);
   });
 
+  /** What the server was asked last: an answer that comes late must not undo what a later one did. */
+  private latest: Promise<unknown> = Promise.resolve();
+
   /** Takes over what is in force. */
-  async load(): Promise<void> {
-    const result = await resultOf(api.GET("/api/v1/service/trips"));
-    batch(() => {
-      this.problem.value = result.ok ? null : result.problem;
-      if (!result.ok) return;
-      this.base.value = result.value;
-      this.change(result.value.trips);
-      this.note.value = "";
+  load(): Promise<void> {
+    return this.inTurn(async () => {
+      const result = await resultOf(api.GET("/api/v1/service/trips"));
+      batch(() => {
+        this.problem.value = result.ok ? null : result.problem;
+        if (!result.ok) return;
+        this.base.value = result.value;
+        this.change(result.value.trips);
+        this.note.value = "";
+      });
     });
   }
 
@@ -44,46 +49,62 @@ export class TimetableDraft {
   }
 
   /** Puts the trips of an earlier version here, to be published again. */
-  async take(revision: number): Promise<void> {
-    const path = { revision };
-    const result = await resultOf(
-      api.GET("/api/v1/service/trips/{revision}", { params: { path } }),
-    );
-    if (result.ok) this.change(result.value.trips);
-    else this.problem.value = result.problem;
-  }
-
-  /** Keeps these trips, to be published after the other operator's version, which stays in the list. */
-  async keepMine(): Promise<void> {
-    const result = await resultOf(api.GET("/api/v1/service/trips"));
-    batch(() => {
-      this.problem.value = result.ok ? null : result.problem;
-      if (result.ok) this.base.value = result.value;
-      this.effect.value = null;
+  take(revision: number): Promise<void> {
+    return this.inTurn(async () => {
+      const path = { revision };
+      const result = await resultOf(
+        api.GET("/api/v1/service/trips/{revision}", { params: { path } }),
+      );
+      if (result.ok) this.change(result.value.trips);
+      else this.problem.value = result.problem;
     });
   }
 
-  async preview(): Promise<void> {
-    const result = await resultOf(
-      api.POST("/api/v1/service/trips/previews", { params: this.params(), body: this.body() }),
-    );
-    batch(() => {
-      this.problem.value = result.ok ? null : result.problem;
-      this.effect.value = result.ok ? result.value : null;
+  /** Keeps these trips, to be published after the other operator's version, which stays in the list. */
+  keepMine(): Promise<void> {
+    return this.inTurn(async () => {
+      const result = await resultOf(api.GET("/api/v1/service/trips"));
+      batch(() => {
+        this.problem.value = result.ok ? null : result.problem;
+        if (result.ok) this.base.value = result.value;
+        this.effect.value = null;
+      });
+    });
+  }
+
+  preview(): Promise<void> {
+    return this.inTurn(async () => {
+      const trips = this.trips.peek();
+      const result = await resultOf(
+        api.POST("/api/v1/service/trips/previews", { params: this.params(), body: this.body() }),
+      );
+      batch(() => {
+        this.problem.value = result.ok ? null : result.problem;
+        // Trips that were edited meanwhile have not been looked at.
+        this.effect.value = result.ok && trips === this.trips.peek() ? result.value : null;
+      });
     });
   }
 
   /** Whether it is in force now. */
-  async publish(): Promise<boolean> {
-    const result = await resultOf(
-      api.PUT("/api/v1/service/trips", { params: this.params(), body: this.body() }),
-    );
-    if (!result.ok) {
-      this.problem.value = result.problem;
-      return false;
-    }
-    await refreshService();
-    return true;
+  publish(): Promise<boolean> {
+    return this.inTurn(async () => {
+      const result = await resultOf(
+        api.PUT("/api/v1/service/trips", { params: this.params(), body: this.body() }),
+      );
+      if (!result.ok) {
+        this.problem.value = result.problem;
+        return false;
+      }
+      await refreshService();
+      return true;
+    });
+  }
+
+  private inTurn<T>(request: () => Promise<T>): Promise<T> {
+    const asked = this.latest.then(request);
+    this.latest = asked.catch(() => undefined);
+    return asked;
   }
 
   private params() {

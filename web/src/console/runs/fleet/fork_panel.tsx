@@ -19,6 +19,7 @@ const POLICIES: readonly Policy[] = [
   "departure-slack-improvement",
 ];
 const HOURS: readonly number[] = [1, 2, 6, 12];
+const STOP_AGAIN_MS = 300;
 
 interface ForkPanelProps {
   readonly clock: PlaybackClock;
@@ -61,10 +62,18 @@ export function ForkPanel({ clock, end_ms }: ForkPanelProps) {
     else problem.value = result.problem;
   };
   const stop = async (fork_id: string) => {
-    const result = await resultOf(
-      api.DELETE("/api/v1/replays/forks/{fork_id}", { params: { path: { fork_id } } }),
-    );
-    if (!result.ok) problem.value = result.problem;
+    // The server reads its rides first, and does not know the comparison until then: it is asked again.
+    while (running.peek() === fork_id) {
+      const result = await resultOf(
+        api.DELETE("/api/v1/replays/forks/{fork_id}", { params: { path: { fork_id } } }),
+      );
+      if (result.ok) return;
+      if (result.problem.code !== "fork_unknown") {
+        problem.value = result.problem;
+        return;
+      }
+      await new Promise((resolve) => setTimeout(resolve, STOP_AGAIN_MS));
+    }
   };
   return (
     <section class="block" aria-label={t.fork}>
