@@ -1,12 +1,16 @@
 """The whole server in virtual time over SQLite in memory, with requests through in-memory ASGI."""
 
+import copy
 import json
+import sqlite3
 from collections.abc import Coroutine
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import httpx
+from sqlalchemy import Engine
 
 from campusloop.virtual.conductor import Conductor
 from contract.roads.load import encode_map, load_map
@@ -18,7 +22,6 @@ from server.bus.in_process import InProcessBus
 from server.domain.rules import FleetRules
 from server.settings import Settings
 from server.store.engine import open_engine
-from server.store.roads.map_library import MapLibrary
 from server.store.tables import metadata
 from server.store.transactions import InlineTransactions
 from server.store.unit_of_work import Context
@@ -27,9 +30,11 @@ from server.usecases.fleet import campus
 from server.usecases.ports.push import PushSender
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record import identity
-from tests.server.usecases.campus_under_test import TICKET_KEYS
+from tests.server.usecases.campus_under_test import TICKET_KEYS, map_library
+from tests.server.usecases.fresh_database import fill, taken_copy
 
 T = TypeVar("T")
+_free_engines: list[Engine] = []
 START = datetime(2026, 9, 1, 8, 0, tzinfo=UTC)
 MAPS = Path(__file__).resolve().parents[3] / "maps"
 CAMPUS = "snow-lion"
@@ -80,12 +85,9 @@ class ServerUnderTest:
         self.bus = InProcessBus()
         self.settings = Settings(var_dir=var_dir, web_dist=var_dir / "dist", **settings)
         rules = rules or FleetRules()
-        engine = open_engine("sqlite://")
-        metadata.create_all(engine)
-        context = Context(
-            CAMPUS, self.clock, SeededIds(2), rules, PlainHasher(), MapLibrary(rules), TICKET_KEYS
-        )
-        self.transactions = InlineTransactions(engine, context, self.bus)
+        self._engine, ids = _prepared(with_map)
+        context = Context(CAMPUS, self.clock, ids, rules, PlainHasher(), map_library(rules), TICKET_KEYS)
+        self.transactions = InlineTransactions(self._engine, context, self.bus)
         ports = Ports(
             CAMPUS,
             self.clock,
@@ -100,7 +102,6 @@ class ServerUnderTest:
         self.app = create_app(self.settings, ports)
         self.services = services_of_app(self.app)
         self.hub = self.services.hub
-        self.run(self._prepare(with_map))
         self._lifespan = self.app.router.lifespan_context(self.app)
         self.run(self._lifespan.__aenter__())
         self._screen = self.services.feed.watched()
@@ -115,6 +116,8 @@ class ServerUnderTest:
 
     def close(self) -> None:
         self.run(self._lifespan.__aexit__(None, None, None))
+        self.run(self.transactions.close())
+        _free_engines.append(self._engine)
 
     def from_host(self, host: str) -> None:
         """Requests come from this address from now on."""
@@ -160,10 +163,32 @@ class ServerUnderTest:
         answer = self.post("/enrolments", {"code": code, "vehicle_id": vehicle_id, "public_key": public_key})
         assert answer.status_code == 201, answer.text
 
-    async def _prepare(self, with_map: bool) -> None:
-        def work(uow: UnitOfWork) -> None:
-            identity.set_password(uow, "operator", PASSWORD)
-            if with_map:
-                campus.load_map(uow, encode_map(snow_lion()), "test", activate=True)
 
-        await self.transactions.run(work)
+def _prepared(with_map: bool) -> tuple[Engine, SeededIds]:
+    """A database of its own with the operator and the map in it, and the ids that come next.
+
+    A copy, in the engine of a server that has ended: to fill one, and to compile its statements, takes longer
+    than most tests.
+    """
+    filled, ids = _filled(with_map)
+    engine = _free_engines.pop() if _free_engines else open_engine("sqlite://")
+    fill(engine, filled)
+    return engine, copy.deepcopy(ids)
+
+
+@cache
+def _filled(with_map: bool) -> tuple[sqlite3.Connection, SeededIds]:
+    engine, ids, conductor = open_engine("sqlite://"), SeededIds(2), Conductor(1)
+    metadata.create_all(engine)
+    rules = FleetRules()
+    context = Context(
+        CAMPUS, ConductedClock(conductor), ids, rules, PlainHasher(), map_library(rules), TICKET_KEYS
+    )
+
+    def work(uow: UnitOfWork) -> None:
+        identity.set_password(uow, "operator", PASSWORD)
+        if with_map:
+            campus.load_map(uow, encode_map(snow_lion()), "test", activate=True)
+
+    conductor.loop.run_now(InlineTransactions(engine, context, InProcessBus()).run(work))
+    return taken_copy(engine), ids

@@ -73,7 +73,7 @@ class NotingBus(InProcessBus):
 
 
 @cache
-def _library(rules: FleetRules) -> MapLibrary:
+def map_library(rules: FleetRules) -> MapLibrary:
     """One for all campuses with these rules, as for all campuses of a server: map versions never change."""
     return MapLibrary(rules)
 
@@ -102,7 +102,7 @@ class CampusUnderTest:
             self.ids,
             self.rules,
             PlainHasher(),
-            _library(self.rules),
+            map_library(self.rules),
             TICKET_KEYS,
         )
         self._loop = asyncio.new_event_loop()

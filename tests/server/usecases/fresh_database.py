@@ -14,10 +14,15 @@ from server.store.schema import upgrade_to_head
 
 def fresh_database() -> Engine:
     engine = open_engine("sqlite://")
+    fill(engine, _migrated())
+    return engine
+
+
+def fill(engine: Engine, copied: sqlite3.Connection) -> None:
+    """Put the content of another SQLite database in the place of this one's."""
     with engine.connect() as connection:
         raw: Any = connection.connection.dbapi_connection
-        _migrated().backup(raw)
-    return engine
+        copied.backup(raw)
 
 
 def write_fresh_database(path: Path) -> None:
@@ -30,6 +35,11 @@ def write_fresh_database(path: Path) -> None:
 def _migrated() -> sqlite3.Connection:
     engine = open_engine("sqlite://")
     upgrade_to_head(engine)
+    return taken_copy(engine)
+
+
+def taken_copy(engine: Engine) -> sqlite3.Connection:
+    """A copy of an SQLite database, which is closed."""
     copy = sqlite3.connect(":memory:", check_same_thread=False)
     with engine.connect() as connection:
         raw: Any = connection.connection.dbapi_connection
