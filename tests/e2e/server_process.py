@@ -20,8 +20,9 @@ from vehicle_agent.mission.order_line import LanePoint
 ROOT = Path(__file__).resolve().parents[2]
 CAMPUS_MAP = ROOT / "maps" / "shanghai-university" / "map.json"
 PASSWORD = "correct horse battery"
-READY_WITHIN_S = 60.0
-PLACED_WITHIN_S = 30.0
+REQUEST_LIMIT_S = 120.0
+READY_WITHIN_S = 240.0
+PLACED_WITHIN_S = 120.0
 OPEN_STATES = ("requested", "assigned", "boarding", "aboard")
 
 
@@ -32,7 +33,7 @@ class ServerProcess:
         self._folder = folder
         self._port = free_port()
         self.origin = f"http://127.0.0.1:{self._port}"
-        self.http = httpx.Client(base_url=f"{self.origin}/api/v1", trust_env=False, timeout=30)
+        self.http = httpx.Client(base_url=f"{self.origin}/api/v1", trust_env=False, timeout=REQUEST_LIMIT_S)
         self.network = RoadNetwork(load_map(CAMPUS_MAP))
         self._shuttles: list[ScriptedShuttle] = []
 
@@ -110,7 +111,7 @@ class ServerProcess:
     def new_viewer(self, name: str = "viewer") -> tuple[str, str]:
         """Name and password of an operator who only looks."""
         made = self.change("POST", "/operators", {"name": name, "roles": ["viewer"]})
-        with httpx.Client(base_url=self.http.base_url, trust_env=False, timeout=30) as http:
+        with httpx.Client(base_url=self.http.base_url, trust_env=False, timeout=REQUEST_LIMIT_S) as http:
             first = {"name": name, "password": made["initial_password"]}
             session = http.post("/session", json=first).raise_for_status().json()
             chosen = {"password": made["initial_password"], "new_password": PASSWORD}

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.e2e.conftest import PHONE, OpenPage
+from tests.e2e.conftest import PHONE, WITHIN_MS, OpenPage
 from tests.e2e.operator import show_vehicle, sign_in
 from tests.e2e.passenger import book, cancel
 from tests.e2e.recorded_run import record_run, upload_run
@@ -16,7 +16,10 @@ pytestmark = [pytest.mark.browser, pytest.mark.real]
 
 @pytest.fixture
 def console(open_page: OpenPage, shuttle: ScriptedShuttle) -> Page:
-    page = open_page("/console")
+    return signed_in(open_page("/console"))
+
+
+def signed_in(page: Page) -> Page:
     sign_in(page)
     expect(page.get_by_text("Connected")).to_be_visible()
     return page
@@ -47,7 +50,8 @@ def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
 
 
 @pytest.mark.usefixtures("shuttle")
-def test_what_was_true_is_not_shown_as_live(console: Page) -> None:
+def test_what_was_true_is_not_shown_as_live(open_page: OpenPage, shuttle: ScriptedShuttle) -> None:
+    console = signed_in(open_page("/console", goes_offline=True))
     row = console.locator(".row", has_text="Shuttle 1")
     expect(row).to_contain_text("km/h")
     console.context.set_offline(True)
@@ -208,7 +212,7 @@ def test_a_recorded_run_is_replayed_at_any_moment_and_speed(
     expect(screen).to_contain_text("second 0")
     console.get_by_label("Speed").select_option("10")
     console.get_by_role("button", name="Play").click()
-    expect(screen).to_contain_text("second 40", timeout=10_000)
+    expect(screen).to_contain_text("second 40", timeout=WITHIN_MS)
     slider = console.get_by_label("Time in the run")
     slider.evaluate(
         "(range, part) => { range.value = Number(range.min) + (range.max - range.min) * part;"

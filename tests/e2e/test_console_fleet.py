@@ -27,7 +27,7 @@ def fleet(browser: Browser, server: ServerProcess) -> Iterator[Page]:
     page = context.new_page()
     page.goto(f"{server.origin}/console")
     sign_in(page)
-    expect(page.locator(".row").first).to_be_visible(timeout=60_000)
+    expect(page.locator(".row").first).to_be_visible(timeout=240_000)
     yield page
     context.close()
 

@@ -37,7 +37,7 @@ def test_a_moment_is_forked_with_one_shuttle_more_and_compared(
     expect(fork.get_by_text("The comparison was stopped.")).to_be_visible()
     fork.get_by_role("button", name="Compare from").click()
     table = fork.get_by_role("table")
-    expect(table).to_be_visible(timeout=60_000)
+    expect(table).to_be_visible(timeout=240_000)
     shuttles = table.get_by_role("row", name="Shuttles").get_by_role("cell")
     again, changed = (int(shuttles.nth(k).inner_text()) for k in (1, 2))
     assert changed == again + 1

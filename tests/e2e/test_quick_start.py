@@ -31,7 +31,7 @@ def test_a_block_runs_as_it_stands_and_prints_its_answer(server: ServerProcess, 
         env=os.environ | {"CAMPUSLOOP_TOKEN": token, "PYTHONPATH": str(ROOT / "sdk" / "python")},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         check=False,
     )
     assert done.returncode == 0, done.stderr

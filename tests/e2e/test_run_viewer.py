@@ -19,7 +19,7 @@ from tests.e2e.server_process import CAMPUS_MAP, ROOT, free_port
 
 pytestmark = [pytest.mark.browser, pytest.mark.real]
 
-READY_WITHIN_S = 60.0
+READY_WITHIN_S = 240.0
 
 
 @pytest.fixture(scope="module")
