@@ -32,6 +32,7 @@ from server.api.services import Limits, Services
 from server.feeds.roads.workshop import RoadMapWorkshop
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
+from server.live.camera_pictures import CameraPictures
 from server.live.feed import SceneFeed
 from server.live.onboard_scenes import OnboardScenes
 from server.loops.departures import DepartureScheduler
@@ -208,6 +209,7 @@ def _services(settings: Settings, ports: Ports) -> Services:
             settings.live_interval_s,
         ),
         onboard=OnboardScenes(ports.campus_id, ports.clock, ports.bus),
+        cameras=CameraPictures(ports.campus_id, ports.clock, ports.bus),
         supervisor=supervisor,
         measurements=Measurements(ports.clock, hub, supervisor),
         access=AccessWatch(ports.campus_id, ports.clock, ports.bus, supervisor),
@@ -268,8 +270,9 @@ def _lifespan(services: Services, ports: Ports) -> Callable[[FastAPI], AbstractA
             stack.push_async_callback(ports.close)
             await services.feed.start()
             stack.push_async_callback(services.feed.close)
-            await services.onboard.reader.subscribe()
-            services.supervisor.start(services.onboard.reader)
+            for reader in (services.onboard.reader, services.cameras.reader):
+                await reader.subscribe()
+                services.supervisor.start(reader)
             await services.access.start()
             await services.hub.start()
             stack.push_async_callback(services.hub.close)

@@ -88,7 +88,8 @@ GUARDED: tuple[tuple[str, frozenset[str], str], ...] = (
     (
         """acknowledge_incident close_incident note_on_incident write_shift_log make_map_draft
         import_map_draft change_map_draft mend_map_draft discard_map_draft request_scans end_scan_request
-        propose_map stop_map_proposal dismiss_map_proposal watch_video get_video_segment""",
+        propose_map stop_map_proposal dismiss_map_proposal watch_video get_video_segment
+        ask_for_camera get_camera_picture""",
         frozenset({"dispatcher", "safety"}),
         "",
     ),

@@ -16,6 +16,7 @@ CommandKind = Literal[
     "stop_recording",
     "show_scene",
     "set_position",
+    "show_camera",
 ]
 # Kinds that came later: only an agent whose hello says that it understands them can read them.
 LATER_KINDS: tuple[CommandKind, ...] = (
@@ -24,13 +25,14 @@ LATER_KINDS: tuple[CommandKind, ...] = (
     "stop_recording",
     "show_scene",
     "set_position",
+    "show_camera",
 )
 
 
 class Command(Message, frozen=True, tag="command"):
     """An operator's or developer's word to one vehicle. Repeats of a command_id are harmless.
 
-    text     announcement, reason of a hold, note of a mark or name of a recording
+    text     announcement, reason of a hold, note of a mark, name of a recording or of a camera
     pose_map  of `set_position`: where the vehicle stands and looks, in the map's frame
     made_ns  when it was given, by the server's clock; 0 if that is not known
     text_zh  an announcement in Chinese, `text` then being English; "" for one in a single language

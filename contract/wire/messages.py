@@ -10,6 +10,7 @@ infrastructure. Others import them from here.
 """
 
 from contract.wire.base import Message
+from contract.wire.camera_picture import CameraPicture
 from contract.wire.commands import LATER_KINDS, Command, CommandKind, PassengerTap
 from contract.wire.events import (
     Blocked,
@@ -100,6 +101,7 @@ __all__ = (
     "AreaReport",
     "Blocked",
     "BoardedHow",
+    "CameraPicture",
     "Challenge",
     "ClockProbe",
     "ClockSample",
@@ -176,7 +178,9 @@ __all__ = (
     "signed_hello",
 )
 
-VehicleMessage = Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport | OnboardScene
+VehicleMessage = (
+    Hello | ClockProbe | Status | OrderAccepted | OrderRejected | EventReport | OnboardScene | CameraPicture
+)
 ServerMessage = (
     Challenge
     | Welcome

@@ -14,6 +14,7 @@ from pydantic.json_schema import models_json_schema
 from server.api.problems import MEDIA_TYPE, Problem
 from server.api.sockets.live import Refused, Watch
 from server.domain.record.statistics import DrivingFigures, ServiceFigures
+from server.live.camera_pictures import ShownCamera
 from server.live.onboard_scenes import ShownScene
 from server.live.past import FleetPast, FleetPositions
 from server.live.recorded_onboard import OnboardMoment
@@ -98,6 +99,7 @@ def _live_schemas() -> dict[str, Any]:
             OnboardMoment,
             ScanMoment,
             ShownScene,
+            ShownCamera,
             ServiceFigures,
             DrivingFigures,
         ],

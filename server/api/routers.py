@@ -54,6 +54,7 @@ from server.api.sockets import (
 from server.api.statistics import routes as statistics
 from server.api.tokens import routes as tokens
 from server.api.vehicles import routes as vehicles
+from server.api.videos import live_routes as live_videos
 from server.api.videos import routes as videos
 from server.api.webhooks import routes as webhooks
 
@@ -123,6 +124,7 @@ def _routes() -> tuple[BaseRoute, ...]:
         scans.router,
         scan_parcels.router,
         videos.router,
+        live_videos.router,
         map_proposals.router,
         segments.router,
         runs.router,

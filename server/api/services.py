@@ -16,6 +16,7 @@ from server.api.security.access_watch import AccessWatch
 from server.api.security.rate_limit import RateLimit
 from server.fleet.hub import Hub
 from server.fleet.presence import PresenceRelay
+from server.live.camera_pictures import CameraPictures
 from server.live.feed import SceneFeed
 from server.live.onboard_scenes import OnboardScenes
 from server.settings import Settings
@@ -85,6 +86,7 @@ class Services:
     presence: PresenceRelay
     feed: SceneFeed
     onboard: OnboardScenes
+    cameras: CameraPictures
     supervisor: Supervisor
     access: AccessWatch
     measurements: Measurements

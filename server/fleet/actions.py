@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from contract.wire.close_reasons import CloseCode
 from contract.wire.messages import (
+    CameraPicture,
     EventReport,
     Hello,
     OnboardScene,
@@ -66,6 +67,10 @@ class NoteScene(NamedTuple):
     scene: OnboardScene
 
 
+class NotePicture(NamedTuple):
+    picture: CameraPicture
+
+
 @dataclass(frozen=True, slots=True)
 class NoteAnswer:
     answer: OrderAccepted | OrderRejected
@@ -85,6 +90,7 @@ Action = (
     | ReportViolation
     | NoteStatus
     | NoteScene
+    | NotePicture
     | NoteAnswer
     | PushOutbox
 )

@@ -14,7 +14,7 @@ import structlog
 
 from contract.tracing import RideSpans
 from contract.wire.codec import decode_from_vehicle, encode
-from contract.wire.messages import EventReport, OnboardScene, Status
+from contract.wire.messages import CameraPicture, EventReport, OnboardScene, Status
 from server.domain.fleet.vehicles import StatusReport
 from server.fleet.brakings import BrakingWatch, HardBraking
 from server.fleet.event_intake import EventIntake
@@ -85,6 +85,7 @@ class Hub:
             store=self._events.take,
             note_status=self._note_status,
             note_scene=self._note_scene,
+            note_picture=self._note_picture,
             hello_timeout_s=hello_timeout_s,
             refused=RefusedHellos(clock),
             spans=spans,
@@ -204,6 +205,11 @@ class Hub:
         topic = topics.vehicle_scene(self.campus_id, vehicle_id)
         if self._bus.wants(topic):
             self._publish(topic, encode(scene))
+
+    def _note_picture(self, vehicle_id: str, picture: CameraPicture) -> None:
+        topic = topics.vehicle_camera(self.campus_id, vehicle_id)
+        if self._bus.wants(topic):
+            self._publish(topic, encode(picture))
 
     def _note_event(self, vehicle_id: str, report: EventReport) -> None:
         topic = topics.vehicle_event(self.campus_id, vehicle_id)

@@ -38,6 +38,7 @@ from server.fleet.actions import (
     Close,
     FindKey,
     NoteAnswer,
+    NotePicture,
     NoteScene,
     NoteStatus,
     OpenSession,
@@ -209,6 +210,8 @@ class Link:
             self._note(action.status)
         elif isinstance(action, NoteScene):
             self._ports.note_scene(self.vehicle_id, action.scene)
+        elif isinstance(action, NotePicture):
+            self._ports.note_picture(self.vehicle_id, action.picture)
         elif isinstance(action, Send):
             self._transport.send(encode(action.message))
         elif isinstance(action, Close):

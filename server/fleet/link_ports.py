@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from contract.tracing import RideSpans
-from contract.wire.messages import EventReport, OnboardScene
+from contract.wire.messages import CameraPicture, EventReport, OnboardScene
 from server.domain.fleet.vehicles import StatusReport
 from server.fleet.refused_hellos import RefusedHellos
 from server.usecases.ports.clock_and_ids import Clock
@@ -42,6 +42,7 @@ class LinkPorts(Generic[L]):
     store: Callable[[L, EventReport, int], None]
     note_status: Callable[[StatusReport], None]
     note_scene: Callable[[str, OnboardScene], None]
+    note_picture: Callable[[str, CameraPicture], None]
     hello_timeout_s: float
     refused: RefusedHellos
     spans: RideSpans | None = None

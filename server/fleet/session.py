@@ -15,6 +15,7 @@ from contract.wire.codec import MAX_MESSAGE_BYTES, WireError, decode_from_vehicl
 from contract.wire.messages import (
     OLDEST_PROTOCOL_VERSION,
     PROTOCOL_VERSION,
+    CameraPicture,
     Challenge,
     ClockProbe,
     ClockSample,
@@ -35,6 +36,7 @@ from server.fleet.actions import (
     Close,
     FindKey,
     NoteAnswer,
+    NotePicture,
     NoteScene,
     NoteStatus,
     OpenSession,
@@ -49,7 +51,16 @@ Actions = tuple[Action, ...]
 
 _VEHICLE_TAGS = frozenset(
     str(kind.__struct_config__.tag)
-    for kind in (Hello, ClockProbe, Status, OrderAccepted, OrderRejected, EventReport, OnboardScene)
+    for kind in (
+        Hello,
+        ClockProbe,
+        Status,
+        OrderAccepted,
+        OrderRejected,
+        EventReport,
+        OnboardScene,
+        CameraPicture,
+    )
 )
 
 
@@ -180,6 +191,8 @@ class VehicleSession:
             return (NoteStatus(message),)
         if isinstance(message, OnboardScene):
             return (NoteScene(message),)
+        if isinstance(message, CameraPicture):
+            return (NotePicture(message),)
         if isinstance(message, EventReport):
             return (StoreEvent(message, server_ns),)
         return (NoteAnswer(message),)

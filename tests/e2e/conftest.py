@@ -54,6 +54,7 @@ def shuttle(server: ServerProcess, enrolled_shuttle: ScriptedShuttle) -> Iterato
     speed_mps = enrolled_shuttle.speed_mps
     yield enrolled_shuttle
     enrolled_shuttle.speed_mps = speed_mps
+    enrolled_shuttle.cameras = {}
     server.cancel_rides()
 
 

@@ -12,8 +12,10 @@ from pathlib import Path
 
 from contract.geometry import Pose2
 from contract.roads.network import RoadNetwork
+from contract.wire.camera_picture import ShownCameraState
 from contract.wire.messages import (
     LATER_KINDS,
+    CameraPicture,
     Command,
     CommandDone,
     DoorsChanged,
@@ -109,6 +111,9 @@ class ScriptedShuttle:
         self._stood_s = 0.0
         self._shown_until_s = 0.0
         self.named: Pose2 | None = None
+        # Its cameras, each with the picture that it sees.
+        self.cameras: dict[str, bytes] = {}
+        self._camera_until_s: dict[str, float] = {}
         self._events: list[VehicleEvent] = []
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
@@ -201,6 +206,9 @@ class ScriptedShuttle:
             self._spoken = command.text
         elif command.kind == "show_scene":
             self._shown_until_s = time.monotonic() + SHOWN_S
+        elif command.kind == "show_camera":
+            camera = command.text or next(iter(self.cameras), "")
+            self._camera_until_s[camera] = time.monotonic() + SHOWN_S
         elif command.kind == "set_position":
             self.named = command.pose_map
             self._events.append(
@@ -308,7 +316,15 @@ class ScriptedShuttle:
             scene=a_scene(now_ns) if time.monotonic() < self._shown_until_s else None,
         )
         self._desk.process_update(news, now_ns)
+        for camera, until_s in self._camera_until_s.items():
+            if time.monotonic() < until_s:
+                self._desk.session.show(self._picture(camera, now_ns))
         self._client.wake()
+
+    def _picture(self, camera: str, now_ns: int) -> CameraPicture:
+        jpeg, names = self.cameras.get(camera, b""), tuple(self.cameras)
+        state: ShownCameraState = "recording" if jpeg else "no_picture" if names else "no_cameras"
+        return CameraPicture(0, now_ns, camera, state, names, coarse=True, jpeg=jpeg)
 
     def _holding(self) -> OrderProgress | None:
         order = self._journey.order

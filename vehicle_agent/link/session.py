@@ -14,6 +14,7 @@ from contract.wire.localization_maps import LocalizesBy
 from contract.wire.messages import (
     LATER_KINDS,
     PROTOCOL_VERSION,
+    CameraPicture,
     Challenge,
     ClockProbe,
     ClockSample,
@@ -190,8 +191,8 @@ class VehicleSession:
         if self.is_open:
             self._send(msgspec.structs.replace(status, epoch=self.epoch))
 
-    def show(self, scene: OnboardScene) -> None:
-        """Sends a scene that an operator asked for, if connected; a scene is never kept."""
+    def show(self, scene: OnboardScene | CameraPicture) -> None:
+        """Sends a scene or a picture that an operator asked for, if connected; neither is ever kept."""
         if self.is_open:
             self._send(msgspec.structs.replace(scene, epoch=self.epoch))
 

@@ -14,6 +14,7 @@ from vehicle_agent.link.upload import put_signed
 log = structlog.get_logger()
 
 LOOK_S, RETRY_AFTER_S = 2.0, 20.0
+REFUSED_MAX = 20
 _REFUSED = ".refused"
 
 
@@ -76,13 +77,20 @@ class VideoUploads:
             log.warning("video.not_uploaded", vehicle_id=self._vehicle_id, status=response.status_code)
             return False
         if response.is_error:
-            # Kept, so that people can look into it; it counts among what may wait.
             log.error("video.refused", vehicle_id=self._vehicle_id, answer=response.text[:300])
-            await asyncio.to_thread(path.rename, path.with_suffix(_REFUSED))
+            await asyncio.to_thread(_put_aside, path)
             return True
         log.info("video.uploaded", vehicle_id=self._vehicle_id, file=path.name, size_bytes=len(data))
         await asyncio.to_thread(path.unlink, True)
         return True
+
+
+def _put_aside(path: Path) -> None:
+    """Keep a refused copy, so that people can look into it, and delete the oldest ones. Raises OSError."""
+    path.rename(path.with_suffix(_REFUSED))
+    refused = sorted(path.parent.glob(f"*{_REFUSED}"), key=lambda one: one.stat().st_mtime_ns)
+    for old in refused[:-REFUSED_MAX]:
+        old.unlink()
 
 
 def _read(path: Path) -> tuple[bytes, str]:

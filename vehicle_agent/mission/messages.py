@@ -95,7 +95,8 @@ def execute_command(
             state, detail = _resume(state, network, ego)
         case "mark" | "start_recording" | "stop_recording":
             pass  # The recorder writes them into the run log.
-        case "show_scene":
+        case "show_scene" | "show_camera":
+            # Pictures come from the process that records video: the link asks it.
             detail = _why_no_scene(state, command)
         case "set_position":
             detail = why_not_placed(command, ego)
@@ -190,10 +191,10 @@ def _placing(state: MissionState, command: Command) -> MissionState:
 
 
 def _why_no_scene(state: MissionState, command: Command) -> str:
-    """Why the vehicle does not show its scene now; "" if it does."""
+    """Why the vehicle does not show its scene, or a camera, now; "" if it does."""
     now_ns = state.server_now_ns()
     if now_ns is None or now_ns - command.made_ns > SCENE_WITHIN_NS:
-        return "the request for the scene came too late: ask again"
+        return "the request came too late: ask again"
     return ""
 
 

@@ -21,6 +21,7 @@ CommandKind = Literal[
     "stop_recording",
     "show_scene",
     "set_position",
+    "show_camera",
 ]
 CommandState = Literal["pending", "done", "failed"]
 

@@ -73,6 +73,13 @@ def show_scene(uow: UnitOfWork, vehicle_id: str, by: str) -> VehicleCommand:
     return send_command(uow, vehicle_id, "show_scene", by)
 
 
+def show_camera(uow: UnitOfWork, vehicle_id: str, camera: str, by: str) -> VehicleCommand:
+    """Let a vehicle send pictures of a camera, for a minute. Raises VehicleUnknown, VehicleNotConnected."""
+    if not enrolled_vehicle(uow, vehicle_id).connected:
+        raise VehicleNotConnected(f"{vehicle_id} is out of reach; no picture can come now")
+    return send_command(uow, vehicle_id, "show_camera", by, camera)
+
+
 def set_position(uow: UnitOfWork, vehicle_id: str, pose: Pose2, by: str) -> VehicleCommand:
     """Tell a standing vehicle where it is; it compares its scans with the map there, and answers.
 

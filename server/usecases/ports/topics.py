@@ -34,6 +34,11 @@ def vehicle_scene(campus_id: str, vehicle_id: str) -> str:
     return f"campus/{campus_id}/vehicle/{vehicle_id}/scene"
 
 
+def vehicle_camera(campus_id: str, vehicle_id: str) -> str:
+    """What its cameras see, for an operator who asked for it: the payload is the wire's CameraPicture."""
+    return f"campus/{campus_id}/vehicle/{vehicle_id}/camera"
+
+
 def area_presence(campus_id: str, area_id: str) -> str:
     """A camera's report on an observation area as it arrived: the payload is an `AreaPresence`."""
     return f"campus/{campus_id}/area/{area_id}/presence"

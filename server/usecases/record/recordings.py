@@ -27,7 +27,7 @@ from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 
-# A scene is asked for by an operator who looks now.
+# A scene or a picture is asked for by an operator who looks now.
 SCENE_WITHIN = timedelta(seconds=10)
 TOO_OLD = "the vehicle's agent is too old for this command: update it"
 ANNOUNCEMENT_OVER = "the announcement was over before the vehicle was in reach"
@@ -87,7 +87,7 @@ def deliverable(
         reason = ""
         if command.kind in LATER_KINDS and command.kind not in understands:
             reason = TOO_OLD
-        elif command.kind == "show_scene" and uow.now - command.made_at > SCENE_WITHIN:
+        elif command.kind in ("show_scene", "show_camera") and uow.now - command.made_at > SCENE_WITHIN:
             reason = TOO_LATE
         elif command.announcement_id and _is_announcement_over(uow, command.announcement_id):
             reason = ANNOUNCEMENT_OVER

@@ -17,7 +17,14 @@ import structlog
 
 from contract.runlog.records import NO_LOCALIZATION_MAP
 from contract.tracing import Spans
-from contract.wire.messages import OrderProgress, ScanArea, ScansReported, VehicleEvent
+from contract.wire.messages import (
+    CameraPicture,
+    Command,
+    OrderProgress,
+    ScanArea,
+    ScansReported,
+    VehicleEvent,
+)
 from vehicle_agent.link.bridge import LinkBridge, TickUpdate
 from vehicle_agent.link.client import LinkClient
 from vehicle_agent.link.keys import signature_text
@@ -29,6 +36,7 @@ from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.link.video_uploads import VideoUploads
 from vehicle_agent.runtime.order_tracing import LinkTracing
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
+from vehicle_agent.runtime.processes.camera_requests import CameraRequests
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.localization_changer import LocalizationChanger
 from vehicle_agent.runtime.processes.mailbox import (
@@ -50,6 +58,7 @@ from vehicle_agent.runtime.processes.video_marks import VideoMarks
 from vehicle_agent.runtime.recording.recorder import SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
 from vehicle_agent.runtime.recording.scan_keeper import RequestReport
+from vehicle_agent.runtime.video.camera_view import CameraShown
 from vehicle_agent.signals import LinkMessage
 
 log = structlog.get_logger()
@@ -128,9 +137,14 @@ class VehicleLink:
             vehicle_id, files.video / "outgoing", self._http, lambda text: signature_text(key, text)
         )
         self._marks = None
+        cameras = vehicle.mail / "video"
         if files.cameras() is not None:
-            to = vehicle.mail / "video"
-            self._marks = VideoMarks(lambda mark: self._mailbox.post(to, mark))
+            self._marks = VideoMarks(lambda mark: self._mailbox.post(cameras, mark))
+        self._cameras = CameraRequests(
+            vehicle.clock,
+            None if self._marks is None else lambda request: self._mailbox.post(cameras, request),
+            self._show_picture,
+        )
         self._scan_maps = None
         if vehicle.identity.localizes_by:
             self._scan_maps = LocalizationChanger(
@@ -192,6 +206,8 @@ class VehicleLink:
                 self._scans.kept(tuple(_scans_reported(one) for one in mail.reports))
             if isinstance(mail, LocalizationMapAnswer):
                 self._take_localization_answer(mail)
+            if isinstance(mail, CameraShown):
+                self._show_picture(mail.picture)
             if not isinstance(mail, TickReport):
                 continue
             if self._scans.areas:
@@ -292,7 +308,13 @@ class VehicleLink:
         """An event of the link's own, in the order of those of the tick."""
         await self._reports.put(TickReport(TickUpdate(self._clock.now_ns(), events=(event,)), ()))
 
+    def _show_picture(self, picture: CameraPicture) -> None:
+        self._bridge.session.show(picture)
+        self._client.wake()
+
     def _deliver(self, message: LinkMessage) -> None:
+        if isinstance(message, Command):
+            self._cameras.hear(message)
         delivery = Delivery(self._clock.now_ns(), "link", message)
         if self._tracing is not None:
             self._tracing.received(message, delivery.arrival_ns + self._utc_offset_ns)

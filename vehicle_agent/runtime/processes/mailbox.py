@@ -22,6 +22,7 @@ from vehicle_agent.link.bridge import TickUpdate
 from vehicle_agent.onboard.cabin_view import CabinView
 from vehicle_agent.runtime.recording.recorder import RunLogEntry
 from vehicle_agent.runtime.recording.scan_keeper import RequestReport
+from vehicle_agent.runtime.video.camera_view import CameraShown, ShowCamera
 from vehicle_agent.runtime.video.wanted_spans import VideoMark
 from vehicle_agent.signals import CanFrame, InboxBody, LocalizationJob, PlanJob
 from vehicle_agent.signals.objects import EgoMotion
@@ -153,6 +154,8 @@ Mail = (
     | ScanTrack
     | ScanReports
     | VideoMark
+    | ShowCamera
+    | CameraShown
     | LocalizationMapOffer
     | LocalizationMapAnswer
 )

@@ -10,6 +10,7 @@ import structlog
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Mailbox
 from vehicle_agent.runtime.video.camera_recorder import CameraCondition, CameraRecorder, RecorderPlace
+from vehicle_agent.runtime.video.camera_view import CameraShown, CameraView, ShowCamera
 from vehicle_agent.runtime.video.cameras_file import VideoSettings
 from vehicle_agent.runtime.video.disk_room import DiskRoom
 from vehicle_agent.runtime.video.library import pyav
@@ -20,6 +21,7 @@ from vehicle_agent.runtime.video.wanted_spans import VideoMark
 log = structlog.get_logger()
 
 LOOK_NS = 1_000_000_000
+SHOW_NS = 250_000_000
 DISK_EVERY_LOOKS = 5
 # Under what the supervisor waits before it kills.
 STOP_WITHIN_S = 4.0
@@ -28,7 +30,7 @@ NICE = 10
 
 
 class VideoProcess:
-    """Begins to record when it is made; call `look` about once a second, and `close` at the end."""
+    """Begins to record when it is made. Call `look` once a second, `show` more often, `close` at the end."""
 
     def __init__(self, settings: VideoSettings, folder: Path, clock: Clock, mail: Path | None = None) -> None:
         """folder: of the segments; mail: of the vehicle's mailboxes, None for nothing that leaves.
@@ -40,12 +42,18 @@ class VideoProcess:
         recover(folder)
         self._outgoing = Outgoing(folder, settings.upload, settings.blur)
         self._mailbox = None if mail is None else Mailbox(mail / "video")
+        self._link = None if mail is None else mail / "link"
+        self._clock = clock
         self._disk = DiskRoom(folder, round(settings.keep_gib * 1024**3))
         self._disk.look()
-        place = RecorderPlace(folder, lambda: self._disk.has_room, clock.now_ns, clock.utc_offset_ns)
+        is_coarse = settings.blur == "whole"
+        place = RecorderPlace(
+            folder, lambda: self._disk.has_room, clock.now_ns, clock.utc_offset_ns, is_coarse=is_coarse
+        )
         self.cameras = {
             camera.name: CameraRecorder(camera, settings.segment_s, place) for camera in settings.cameras
         }
+        self._view = CameraView(self.cameras, is_private=settings.upload == "never", is_coarse=is_coarse)
         self._looks = 0
         for recorder in self.cameras.values():
             recorder.start()
@@ -53,14 +61,22 @@ class VideoProcess:
     def look(self) -> tuple[CameraCondition, ...]:
         """How it stands with each camera. Keeps the disk from running full."""
         self._looks += 1
+        self._take_mail()
         try:
-            self._take_marks()
             self._outgoing.prepare()
         except OSError as error:
             log.error("video.not_prepared", error=str(error))
         if self._looks % DISK_EVERY_LOOKS == 0:
             self._disk.look()
         return tuple(recorder.condition for recorder in self.cameras.values())
+
+    def show(self) -> None:
+        """Send new pictures to operators who look."""
+        self._take_mail()
+        if self._mailbox is None or self._link is None:
+            return
+        for picture in self._view.news(self._clock.now_ns()):
+            self._mailbox.post(self._link, CameraShown(picture))
 
     def close(self) -> None:
         for recorder in self.cameras.values():
@@ -70,15 +86,22 @@ class VideoProcess:
         if self._mailbox is not None:
             self._mailbox.close()
 
-    def _take_marks(self) -> None:
-        """Raises OSError."""
+    def _take_mail(self) -> None:
         for mail in () if self._mailbox is None else self._mailbox.take():
-            if isinstance(mail, VideoMark):
-                self._outgoing.note(mail)
-                if mail.kind == "stop_recording":
-                    # Its last pictures are wanted now, as the run log's are.
-                    for recorder in self.cameras.values():
-                        recorder.begin_segment()
+            if isinstance(mail, ShowCamera):
+                self._view.ask(mail)
+            elif isinstance(mail, VideoMark):
+                self._take_mark(mail)
+
+    def _take_mark(self, mark: VideoMark) -> None:
+        try:
+            self._outgoing.note(mark)
+        except OSError as error:
+            log.error("video.not_noted", mark_id=mark.mark_id, error=str(error))
+        if mark.kind == "stop_recording":
+            # Its last pictures are wanted now, as the run log's are.
+            for recorder in self.cameras.values():
+                recorder.begin_segment()
 
 
 def serve_video(settings: VideoSettings, folder: Path, clock: Clock, mail: Path | None = None) -> None:
@@ -93,7 +116,11 @@ def serve_video(settings: VideoSettings, folder: Path, clock: Clock, mail: Path 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICE)
     process = VideoProcess(settings, folder, clock, mail)
+    looked_ns = clock.now_ns()
     while not stopping:
-        clock.wait(clock.now_ns() + LOOK_NS)
-        process.look()
+        clock.wait(clock.now_ns() + SHOW_NS)
+        process.show()
+        if clock.now_ns() - looked_ns >= LOOK_NS:
+            looked_ns = clock.now_ns()
+            process.look()
     process.close()

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import structlog
@@ -16,11 +16,14 @@ from contract.video import SegmentName
 from vehicle_agent.runtime.video.cameras_file import RecordedCamera
 from vehicle_agent.runtime.video.library import pyav
 from vehicle_agent.runtime.video.picture_checks import PictureState, check
+from vehicle_agent.runtime.video.picture_taker import PictureTaker
 from vehicle_agent.runtime.video.segment_file import SegmentFile
 from vehicle_agent.runtime.video.segmenter import SegmentRules, SegmentState, Verdict, step
 from vehicle_agent.runtime.video.sources import Source, SourceFailure, luma_of, open_source
 
 log = structlog.get_logger()
+
+CameraState = Literal["recording", "black", "frozen", "no_picture", "disk_full", "failed"]
 
 GAP_NS = 2_000_000_000
 # Between attempts to open a camera.
@@ -36,7 +39,7 @@ class CameraCondition(msgspec.Struct, frozen=True):
     """
 
     camera: str
-    state: str = "no_picture"
+    state: CameraState = "no_picture"
     detail: str = ""
     recorded: int = 0
     missed: int = 0
@@ -46,17 +49,24 @@ class CameraCondition(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True)
 class RecorderPlace:
-    """folder: of all segments. has_room: whether the disk has room. The others are clocks and sources."""
+    """folder: of all segments. has_room: whether the disk has room. The others are clocks and sources.
+
+    is_coarse  what leaves the vehicle shows no face and no plate
+    """
 
     folder: Path
     has_room: Callable[[], bool]
     now_ns: Callable[[], int]
     utc_offset_ns: Callable[[], int]
     open: Callable[[RecordedCamera, Callable[[], int]], Source] = field(default=open_source)
+    is_coarse: bool = True
 
 
 class CameraRecorder:
-    """Call `start`, and at the end `stop`, then `join`. `condition` may be read at any time."""
+    """Call `start`, and at the end `stop`, then `join`. `condition` may be read at any time.
+
+    taker  makes pictures for operators who look now
+    """
 
     def __init__(self, camera: RecordedCamera, segment_s: float, place: RecorderPlace) -> None:
         entry = camera.entry
@@ -69,6 +79,7 @@ class CameraRecorder:
         self._stop, self._cut_now = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"camera {camera.name}", daemon=True)
         self.condition = CameraCondition(camera.name)
+        self.taker = PictureTaker(place.is_coarse)
 
     def start(self) -> None:
         self._thread.start()
@@ -121,6 +132,7 @@ class CameraRecorder:
             if entry.turned:
                 planar = _turned(planar)
             self._checked = check(self._checked, stamp_ns, luma_of(planar))
+            self.taker.offer(stamp_ns, planar)
             self._write(verdict is Verdict.BEGIN, stamp_ns, planar)
 
     def _write(self, begins: bool, stamp_ns: int, frame: Any) -> None:
@@ -167,7 +179,7 @@ class CameraRecorder:
             one, recorded=one.recorded + recorded, missed=one.missed + missed, damaged=one.damaged + damaged
         )
 
-    def _tell(self, state: str, detail: str, stamp_ns: int | None = None) -> None:
+    def _tell(self, state: CameraState, detail: str, stamp_ns: int | None = None) -> None:
         before = self.condition
         last_ns = before.last_ns if stamp_ns is None else stamp_ns
         self.condition = msgspec.structs.replace(before, state=state, detail=detail, last_ns=last_ns)

@@ -62,6 +62,8 @@ OPERATORS_ONLY = {
     ("POST", "/localization-maps/{map_version}/activations"),
     ("DELETE", "/localization-maps/{map_version}"),
     ("POST", "/vehicles/{vehicle_id}/video-views"),
+    ("POST", "/vehicles/{vehicle_id}/camera"),
+    ("GET", "/vehicles/{vehicle_id}/camera"),
     ("GET", "/video-segments/{sha256}"),
     ("POST", "/scan-requests"),
     ("POST", "/scan-requests/{request_id}/end"),

@@ -1,7 +1,8 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { Result } from "../../shared/api/problem";
 import { anOnboardScene } from "../../shared/scene/scene_builders";
-import { SceneWatch, SHOWN_MS, type Scenes } from "./shown_scene";
+import { SHOWN_MS } from "./requested_watch";
+import { SceneWatch, type Scenes } from "./shown_scene";
 
 beforeEach(() => void vi.useFakeTimers());
 afterEach(() => void vi.useRealTimers());

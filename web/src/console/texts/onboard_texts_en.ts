@@ -1,3 +1,5 @@
+import type { CameraPicture } from "../onboard/shown_camera";
+
 /** What the console says of what a shuttle sees and plans. */
 export const onboardEn = {
   onboard: "What it sees and plans",
@@ -77,11 +79,28 @@ export const onboardEn = {
   show_scene: "Show what it sees",
   show_scene_again: "One minute more",
   show_scene_hint:
-    "The shuttle sends it for one minute, at most 40 kB a second. The request is in the audit log. There is no camera on board to show.",
+    "The shuttle sends it for one minute, at most 40 kB a second. The request is in the audit log.",
   scene_asked: "Asked; waiting for the shuttle.",
   scene_refused: (why: string) => `The shuttle does not show it: ${why}`,
   scene_out_of_reach: "The shuttle is out of reach, so nothing comes.",
   scene_age: (age_s: string) => `${age_s} s old`,
   scene_is_old: (age_s: string) => `What you see is ${age_s} s old.`,
   scene_over: "The minute is over. Ask again for more.",
+  camera: "Camera",
+  show_camera: "Show a camera",
+  which_camera: "Camera",
+  show_camera_hint:
+    "The shuttle sends two pictures a second for one minute, at most 60 kB a second. The request is in the audit log.",
+  camera_picture_of: (camera: string) => `What the camera “${camera}” sees`,
+  camera_coarse: "The shuttle blurs its pictures, so that no face and no plate can be read.",
+  camera_states: {
+    black: "The picture is black.",
+    frozen: "The picture does not change: the camera may be frozen.",
+    no_picture: "The camera gives no picture.",
+    disk_full: "The shuttle’s disk is full: this is not recorded.",
+    failed: "The shuttle cannot show its cameras now.",
+    no_cameras: "This shuttle has no cameras that it records.",
+    unknown_camera: "The shuttle has no such camera.",
+    private: "This shuttle is set up so that no picture leaves it.",
+  } as Record<Exclude<CameraPicture["state"], "recording">, string>,
 };

@@ -469,6 +469,7 @@ export const en = {
     stop_recording: "Stop recording",
     show_scene: "Show what it sees",
     set_position: "Its place",
+    show_camera: "Show a camera",
   } satisfies Readonly<Record<CommandKind, string>>,
   command_states: {
     pending: "waiting for the shuttle's answer",

@@ -424,6 +424,7 @@ export const zh: ConsoleTexts = {
     stop_recording: "停止录制",
     show_scene: "显示车辆所见",
     set_position: "指定位置",
+    show_camera: "显示摄像头画面",
   },
   command_states: { pending: "等待车辆答复", done: "已完成", failed: "已拒绝" },
   commanded: (command) => `${command}：已发送至车辆。`,

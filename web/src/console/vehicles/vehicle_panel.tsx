@@ -7,6 +7,7 @@ import { texts } from "../texts/texts";
 import { ConditionChip } from "./condition_chip";
 import { PositionPanel } from "./position_panel";
 import { RecordingPanel } from "./recording_panel";
+import { CameraPanel } from "./camera_panel";
 import { ScenePanel } from "./scene_panel";
 import { ShiftForm } from "./shift_form";
 import { VehicleCommands } from "./vehicle_commands";
@@ -37,6 +38,7 @@ export function VehiclePanel({ vehicle, scene, now_ms }: VehiclePanelProps) {
       </div>
       <VehicleCommands vehicle={vehicle} scene={scene} />
       <RecordingPanel key={vehicle.vehicle_id} vehicle={vehicle} />
+      <CameraPanel key={`${vehicle.vehicle_id} camera`} vehicle={vehicle} />
       <ScenePanel key={`${vehicle.vehicle_id} scene`} vehicle={vehicle} />
       <PositionPanel key={`${vehicle.vehicle_id} position`} vehicle={vehicle} />
       <VehicleStatus vehicle={vehicle} scene={scene} knowledge={{ ...knowledge.value, now_ms }} />

@@ -2274,6 +2274,33 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/camera": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Get Camera Picture
+         * @description What the camera shows. There is a picture only within a minute of a request.
+         */
+        get: operations["get_camera_picture"];
+        put?: never;
+        /**
+         * Ask For Camera
+         * @description The vehicle sends pictures of a camera for 60 s, twice a second; ask again for more.
+         *
+         *     Who looks is in the audit log. A vehicle that is out of reach is not asked. The vehicle decides how much a
+         *     picture shows: by its own setting it is so coarse that no face and no plate can be read, or does not come.
+         */
+        post: operations["ask_for_camera"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/scan-requests/{request_id}/maps": {
         parameters: {
             query?: never;
@@ -3579,6 +3606,46 @@ export interface components {
             alternatives: components["schemas"]["AlternativeView"][];
         };
         /**
+         * CameraPicture
+         * @description What a camera sees, or why nothing comes of it.
+         *
+         *         stamp_ns  of the picture, by the vehicle's monotonic clock, as in its run log
+         *         cameras   the names of all that the vehicle has
+         *         coarse    the vehicle shows no face and no plate: the picture is made of wide blocks
+         *         jpeg      empty without a picture
+         */
+        CameraPicture: {
+            /** @enum {unknown} */
+            type: "camera_picture";
+            epoch: number;
+            stamp_ns: number;
+            camera: string;
+            /** @enum {unknown} */
+            state: "black" | "disk_full" | "failed" | "frozen" | "no_cameras" | "no_picture" | "private" | "recording" | "unknown_camera";
+            /** @default [] */
+            cameras: string[];
+            /** @default  */
+            detail: string;
+            /** @default false */
+            coarse: boolean;
+            /** @default  */
+            jpeg: string;
+        };
+        /**
+         * CameraRequest
+         * @example {
+         *       "camera": "front"
+         *     }
+         */
+        CameraRequest: {
+            /**
+             * Camera
+             * @description Its name; without one the vehicle's first camera.
+             * @default
+             */
+            camera: string;
+        };
+        /**
          * CampusView
          * @description What a page needs before it draws or books anything.
          * @example {
@@ -3890,7 +3957,7 @@ export interface components {
         CommandScene: {
             command_id: string;
             /** @enum {unknown} */
-            kind: "announce" | "hold" | "mark" | "resume" | "set_position" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
+            kind: "announce" | "hold" | "mark" | "resume" | "set_position" | "show_camera" | "show_scene" | "start_recording" | "stop_now" | "stop_recording";
             /** @enum {unknown} */
             state: "done" | "failed" | "pending";
             detail: string;
@@ -3918,7 +3985,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene" | "set_position";
+            kind: "hold" | "resume" | "announce" | "stop_now" | "mark" | "start_recording" | "stop_recording" | "show_scene" | "set_position" | "show_camera";
             /** Text */
             text: string;
             /**
@@ -7752,6 +7819,27 @@ export interface components {
              * @default []
              */
             exceptions: components["schemas"]["DutyExceptionModel"][];
+        };
+        /**
+         * ShownCamera
+         * @description What a camera of a vehicle shows, and how old that is by the server's clock.
+         *
+         *         request  how the newest request of the last minute stands; "" without one: then there is no picture either
+         *         detail   the reason for a refusal
+         *         picture  the newest, None before the first; it came at received_ms
+         */
+        ShownCamera: {
+            vehicle_id: string;
+            connected: boolean;
+            now_ms: number;
+            /** @default  */
+            request: ("done" | "failed" | "pending") | "";
+            /** @default  */
+            detail: string;
+            /** @default 0 */
+            received_ms: number;
+            /** @default null */
+            picture: components["schemas"]["CameraPicture"] | null;
         };
         /**
          * ShownScan
@@ -19248,6 +19336,177 @@ export interface operations {
                 };
             };
             /** @description Bad Request */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Conflict */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is larger than allowed. */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_camera_picture: {
+        parameters: {
+            query?: {
+                /** @description Without one: whichever came last. */
+                camera?: string;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The newest picture that came, or why none comes; null before the first. */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ShownCamera"];
+                };
+            };
+            /** @description Unauthorized */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Forbidden */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Not Found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request does not fit its schema. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Too Many Requests */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    ask_for_camera: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Made by the client for each command, best a UUID. A repeat gets the first answer. */
+                "idempotency-key"?: string | null;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CameraRequest"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            202: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CommandView"];
+                };
+            };
+            /** @description The body is not text. */
             400: {
                 headers: {
                     [name: string]: unknown;
