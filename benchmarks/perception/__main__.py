@@ -15,38 +15,29 @@ that of --detector.
 """
 
 import argparse
-import math
 import os
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.perception.campus_sweeps import PERIOD_NS, CampusSweeps, Sweep
+from benchmarks.perception.campus_sweeps import CampusSweeps, Sweep
+from benchmarks.perception.chain_inputs import Network, joined, load_network, yaw_rate_between
 from benchmarks.reporting.report import Row, RunReport
 from contract.geometry import Pose2, inverse, transform_points
 from contract.roads.load import load_map
 from simulator.sensors.lidars.mounts import four_lidars
-from vehicle_agent.config import Body, load_profile
+from vehicle_agent.config import load_profile
 from vehicle_agent.lidar.models import XT16
-from vehicle_agent.perception.pillars import sweeps as detector_sweeps
-from vehicle_agent.perception.pillars.detector import PillarDetector
-from vehicle_agent.perception.pillars.detector_file import DEFAULT_DETECTOR, DetectorFileError
+from vehicle_agent.perception.pillars.detector_file import DEFAULT_DETECTOR
 from vehicle_agent.perception.points.chain import PointPerception
-from vehicle_agent.perception.points.deskew import straightened
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.signals import PEDESTRIAN, TrackPercept
-from vehicle_agent.signals.objects import SeenObjects
-from vehicle_agent.stacks.own_perception import own_outline
 
 _ROOT = Path(__file__).resolve().parents[2]
 _NEAR_M, _RETURNS_MIN, _SAME_M = 20.0, 10, 0.6
 # Until tracks are confirmed.
 _FIRST_TICKS = 6
-
-# Points (n, 3), intensities (n,), stamp, pose -> the objects that a network finds.
-Network = Callable[[np.ndarray, np.ndarray, int, Pose2], SeenObjects]
 
 
 def main() -> None:
@@ -80,23 +71,6 @@ def main() -> None:
     report.write(arguments.json, "perception", plain, rows, summary)
 
 
-def load_network(path: Path, body: Body) -> Network:
-    """The detector of a file, which remembers the turns before."""
-    try:
-        detector = PillarDetector(path, own_outline(body))
-    except DetectorFileError as error:
-        raise SystemExit(f"cannot measure: {error}") from error
-    memory: tuple[detector_sweeps.Sweep, ...] = ()
-
-    def found(points: np.ndarray, intensities: np.ndarray, stamp_ns: int, pose_map: Pose2) -> SeenObjects:
-        nonlocal memory
-        newest = detector_sweeps.Sweep(stamp_ns, pose_map, points, intensities)
-        older, memory = detector_sweeps.step(memory, newest)
-        return detector.seen(points, intensities, stamp_ns, older)
-
-    return found
-
-
 def run(
     perception: PointPerception, sweeps: list[Sweep], speed_mps: float, name: str, network: Network | None
 ) -> Row:
@@ -107,10 +81,7 @@ def run(
     errors: list[float] = []
     before: Pose2 | None = None
     for number, sweep in enumerate(sweeps):
-        yaw_rate = 0.0
-        if before is not None:
-            turned = math.remainder(sweep.pose_map.yaw_rad - before.yaw_rad, 2.0 * math.pi)
-            yaw_rate = turned / (PERIOD_NS * 1e-9)
+        yaw_rate = yaw_rate_between(before, sweep.pose_map)
         before = sweep.pose_map
         begun_wall, begun_cpu = time.perf_counter(), time.process_time()
         scan, intensities = joined(sweep, speed_mps, yaw_rate)
@@ -141,15 +112,6 @@ def run(
         "people_tracked_pct": 100.0 * float(np.mean(found)) if found else None,
         "velocity_error_mps": float(np.median(errors)) if errors else None,
     }
-
-
-def joined(sweep: Sweep, speed_mps: float, yaw_rate_radps: float) -> tuple[np.ndarray, np.ndarray]:
-    """((n, 3) points of all lidars in the base frame at the sweep's stamp, (n,) intensities)."""
-    points = np.concatenate([scan.points_base for scan in sweep.scans])
-    offsets_ns = np.concatenate([scan.cloud.offsets_ns for scan in sweep.scans])
-    offsets_s = (1e-9 * (offsets_ns - PERIOD_NS)).astype(np.float32)
-    intensities = np.concatenate([scan.cloud.intensities for scan in sweep.scans])
-    return straightened(points, offsets_s, speed_mps, yaw_rate_radps), intensities
 
 
 def _judge(

@@ -8,6 +8,7 @@ import {
   arrowOf,
   barbsOf,
   cornersOf,
+  heightBand,
   kindOf,
   scanPoints,
   type ShownSign,
@@ -32,9 +33,18 @@ export function pointsLayer({ points = [], scan = null }: OnboardScene): MapLaye
   return (context, camera, palette) => {
     if (scanned !== null) {
       const size_m = POINT_PX / camera.px_per_m;
-      context.fillStyle = palette.seen.point;
-      for (let k = 0; k + 2 < scanned.length; k += 3)
-        context.fillRect(scanned[k]! - size_m / 2, scanned[k + 1]! - size_m / 2, size_m, size_m);
+      // What is higher is drawn over what is lower, as it is seen from above.
+      for (const [band, colour] of palette.seen.points.entries()) {
+        context.fillStyle = colour;
+        for (let k = 0; k + 2 < scanned.length; k += 3)
+          if (heightBand(scanned[k + 2]!) === band)
+            context.fillRect(
+              scanned[k]! - size_m / 2,
+              scanned[k + 1]! - size_m / 2,
+              size_m,
+              size_m,
+            );
+      }
     }
     const size_m = Math.max(CELL_M, CELL_PX_MIN / camera.px_per_m);
     context.fillStyle = palette.ink;

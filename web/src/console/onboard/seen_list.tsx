@@ -1,6 +1,7 @@
 import type { OnboardScene } from "../../shared/scene/onboard_scene";
 import { texts } from "../texts/texts";
 import {
+  BANDS_M,
   kindOf,
   scanPoints,
   type ShownSign,
@@ -79,10 +80,17 @@ export function SeenList({ scene }: { readonly scene: OnboardScene }) {
         </ul>
       )}
       <p class="hint seen-points">
-        <i aria-hidden="true" />
         {scan === null
           ? t.no_scan
           : t.points_of_scan(scanPoints(scan).length / 3, scan.age_s.toFixed(1))}
+        {scan !== null && <br />}
+        {scan !== null &&
+          t.points_by_height(...BANDS_M).map((text, band) => (
+            <span key={text} data-band={band}>
+              <i aria-hidden="true" />
+              {text}
+            </span>
+          ))}
       </p>
     </section>
   );

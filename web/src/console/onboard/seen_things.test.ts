@@ -4,6 +4,7 @@ import {
   barbsOf,
   cornersOf,
   kindOf,
+  heightBand,
   scanPoints,
   type ShownTrack,
   signOutline,
@@ -76,4 +77,8 @@ test("points of a scan come back where they were, to the centimetre; what is cut
   expect([...points].map((value) => Math.round(100 * value) / 100)).toEqual([
     101.5, 47.75, 0.8, 70, 50.01, 320,
   ]);
+});
+
+test("points are in three bands: kerbs, people, and what is higher", () => {
+  expect([-0.2, 0.49, 0.5, 1.99, 2, 9].map(heightBand)).toEqual([0, 0, 1, 1, 2, 2]);
 });

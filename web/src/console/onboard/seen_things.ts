@@ -71,6 +71,14 @@ export function signOutline(kind: ShownSign[1], radius: number): Point[] {
   });
 }
 
+/** Tops of the lower bands of height, in metres: a kerb or a bumper, and a person. */
+export const BANDS_M = [0.5, 2] as const;
+
+/** The band of height that a point is drawn in: 0, 1 or 2. */
+export function heightBand(z_m: number): number {
+  return z_m < BANDS_M[0] ? 0 : z_m < BANDS_M[1] ? 1 : 2;
+}
+
 /** x0, y0, z0, x1, ... of a scan's points: map frame, heights above the ground under the rear axle. */
 export function scanPoints({ x_m, y_m, offsets_cm }: ShownScan): Float64Array {
   const bytes = Uint8Array.from(atob(offsets_cm), (sign) => sign.charCodeAt(0));

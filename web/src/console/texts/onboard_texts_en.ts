@@ -38,6 +38,11 @@ export const onboardEn = {
   sign_at: (kind: string, distance_m: string) => `${kind}, ${distance_m} m away`,
   points_of_scan: (points: number, age_s: string) =>
     `${points} lidar points above the road, thinned, ${age_s} s old`,
+  points_by_height: (low_m: number, high_m: number) => [
+    `below ${low_m} m`,
+    `${low_m} to ${high_m} m`,
+    `higher`,
+  ],
   no_scan: "No lidar points at this moment: the map has obstacle cells only.",
   guard: "Guard",
   guard_acts: {

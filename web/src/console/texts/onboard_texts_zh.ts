@@ -35,6 +35,7 @@ export const onboardZh: typeof onboardEn = {
   },
   sign_at: (kind, distance_m) => `${kind}，距离 ${distance_m} 米`,
   points_of_scan: (points, age_s) => `路面以上 ${points} 个激光点（已稀疏），${age_s} 秒前`,
+  points_by_height: (low_m, high_m) => [`低于 ${low_m} 米`, `${low_m} 至 ${high_m} 米`, `更高`],
   no_scan: "此刻没有激光点：地图上只有障碍栅格。",
   guard: "安全监护",
   guard_acts: {

@@ -21,7 +21,10 @@ export interface Palette {
   readonly people: string;
   readonly yielded_to: string;
   /** What a shuttle sees in detail; the console's own. */
-  readonly seen: Record<"pedestrian" | "cyclist" | "vehicle" | "other" | "point" | "stop", string>;
+  readonly seen: Record<"pedestrian" | "cyclist" | "vehicle" | "other" | "stop", string> & {
+    /** Of lidar points, from the road upwards. */
+    readonly points: readonly [string, string, string];
+  };
   readonly font: string;
   /** The size of labels; it follows the size of text that the reader has set. */
   readonly text_px: number;
@@ -62,7 +65,7 @@ export function readPalette(element: Element): Palette {
       cyclist: value("--seen-cyclist"),
       vehicle: value("--seen-vehicle"),
       other: value("--seen-other"),
-      point: value("--seen-point"),
+      points: [value("--seen-point-low"), value("--seen-point"), value("--seen-point-high")],
       stop: value("--danger"),
     },
     font: style.fontFamily,

@@ -1,0 +1,1 @@
+"""What the percepts of a vehicle miss, and how late they are."""
