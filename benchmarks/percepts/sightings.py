@@ -20,6 +20,8 @@ NEW_AFTER_SCANS, NEVER_AFTER_SCANS = 10, 10
 _BAND_M = 2.0
 # What reaches over the edge of the grid is cut there.
 _EDGE_M = 1.0
+# The outlines of two whose middles are farther apart do not meet.
+_NEAR_M = 6.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,10 @@ def sightings(
     tracks: TrackPercept,
     grid: PointGrid,
 ) -> list[Sighting]:
-    """Of all whose middle is within the grid's reach, seen or not. points_base (n, 3)."""
+    """Of all whose middle is within the grid's reach, seen or not. points_base (n, 3).
+
+    The simulated ways know nothing of each other: those who stand in one another are left out.
+    """
     found = []
     to_base = inverse(pose_map)
     places = transform_points(to_base, bodies.poses_map[:, :2])
@@ -62,7 +67,7 @@ def sightings(
         & (ahead > _EDGE_M - grid.reach_back_m)
         & (np.abs(aside) < grid.reach_side_m - _EDGE_M)
     )
-    for k in np.flatnonzero(in_reach):
+    for k in np.flatnonzero(in_reach & ~_in_another(bodies)):
         x_m, y_m = places[k]
         yaw_rad = float(bodies.poses_map[k, 2]) - pose_map.yaw_rad
         half = 0.5 * bodies.sizes_m[k]
@@ -91,6 +96,21 @@ def sightings(
             )
         )
     return found
+
+
+def _in_another(bodies: Bodies) -> Array:
+    """(n,) bool: which outlines meet another one, as no two bodies can."""
+    corners = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0), (0.0, 0.0)])
+    poses = [Pose2(*map(float, pose)) for pose in bodies.poses_map]
+    outlines = [
+        transform_points(pose, 0.5 * corners * size) for pose, size in zip(poses, bodies.sizes_m, strict=True)
+    ]
+    meets = np.zeros(len(poses), np.bool_)
+    for k, (pose, size) in enumerate(zip(poses, bodies.sizes_m, strict=True)):
+        for j in np.flatnonzero(np.hypot(*(bodies.poses_map[:, :2] - bodies.poses_map[k, :2]).T) < _NEAR_M):
+            if j != k and _within(outlines[j], pose, 0.5 * size, 0.0).any():
+                meets[[j, k]] = True
+    return meets
 
 
 def _within(points: Array, pose: Pose2, half_m: Array, margin_m: float) -> Array:

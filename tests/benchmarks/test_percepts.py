@@ -64,6 +64,14 @@ def test_a_road_user_is_found_where_it_is_whatever_its_heading() -> None:
     assert abs(person.range_m - np.hypot(12.0, 3.0)) < 1e-6
 
 
+def test_who_stands_in_a_car_is_left_out_and_so_is_the_car() -> None:
+    others = bodies(
+        (VEHICLE, 100.0, 62.0, 0.0), (PEDESTRIAN, 101.5, 62.5, 1.0), (PEDESTRIAN, 101.5, 63.4, 1.0)
+    )
+    (beside,) = sightings(0, np.zeros((0, 3)), others, POSE, cells_at(), tracks_at(), GRID)
+    assert beside.number == 2
+
+
 def test_a_share_is_of_what_one_of_its_kind_in_full_view_has_there() -> None:
     found = [seen(k, k, returns=100) for k in range(9)] + [seen(9, 9, returns=20)]
     found += [seen(20 + k, 0, kind=VEHICLE, returns=1000) for k in range(3)]
