@@ -25,33 +25,22 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.perception.campus_sweeps import CampusSweeps
-from benchmarks.perception.chain_inputs import joined, load_network, yaw_rate_between
+from benchmarks.percepts.drives import sightings_of_drive
 from benchmarks.percepts.sightings import (
     RETURNS_MIN,
     Appearance,
     Sighting,
     appearances,
     seen_shares,
-    sightings,
 )
 from benchmarks.reporting.report import Row, RunReport
-from contract.geometry import Pose2
-from contract.roads.load import load_map
-from simulator.sensors.lidars.mounts import four_lidars
-from vehicle_agent.config import load_profile
-from vehicle_agent.lidar.models import XT16
 from vehicle_agent.perception.pillars.detector_file import DEFAULT_DETECTOR
-from vehicle_agent.perception.points.chain import PointPerception
-from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, TRACK_KINDS, VEHICLE
 
 _ROOT = Path(__file__).resolve().parents[2]
 _RANGES_M = ((0.0, 10.0), (10.0, 20.0), (20.0, 30.0))
 _SHARES = ((0.6, "in full view"), (0.2, "partly hidden"), (0.0, "mostly hidden"))
 _KINDS = (PEDESTRIAN, CYCLIST, VEHICLE)
-# Until tracks are confirmed.
-_FIRST_TICKS = 6
 _SCAN_S = 0.1
 
 
@@ -59,7 +48,7 @@ def main() -> None:
     report = RunReport()
     arguments = _arguments()
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-    drive = partial(_drive, arguments)
+    drive = partial(sightings_of_drive, arguments)
     if arguments.jobs > 1:
         with ProcessPoolExecutor(arguments.jobs, get_context("spawn")) as pool:
             drives = list(pool.map(drive, seeds))
@@ -85,28 +74,6 @@ def main() -> None:
         "first_seed": arguments.first_seed, "detector": str(arguments.detector),
     }  # fmt: skip
     report.write(arguments.json, "percepts", plain, rows, summary)
-
-
-def _drive(arguments: argparse.Namespace, seed: int) -> list[Sighting]:
-    body = load_profile(arguments.profile).body
-    sweeps = CampusSweeps(
-        load_map(arguments.map), body, four_lidars(body, XT16), seed, arguments.speed_mps, arguments.turns
-    )
-    grid = PointGrid(body.height_m + 0.1, body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m)
-    perception = PointPerception(grid)
-    network = load_network(arguments.detector, body)
-    state, before = perception.initial(), None
-    found: list[Sighting] = []
-    for number, sweep in enumerate(sweeps):
-        pose: Pose2 = sweep.pose_map
-        points, intensities = joined(sweep, arguments.speed_mps, yaw_rate_between(before, pose))
-        before = pose
-        seen = network(points, intensities, sweep.stamp_ns, pose)
-        cells, tracks, state = perception.step(state, points, intensities, sweep.stamp_ns, pose, seen)
-        if number >= _FIRST_TICKS:
-            # Numbers of other drives are other people.
-            found += sightings(number, points, sweep.bodies, pose, cells, tracks, grid)
-    return found
 
 
 def _missed(found: list[Sighting]) -> list[Row]:
