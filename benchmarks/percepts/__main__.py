@@ -63,9 +63,7 @@ def main() -> None:
     summary: Row = {
         "people_in_view_missed_20m_pct": _share(full, "missed_pct"),
         "people_in_view_no_cell_20m_pct": _share(full, "no_cell_pct"),
-        "people_neither_20m_pct": _share(
-            [row for row in near if row["neither_pct"] is not None], "neither_pct"
-        ),
+        "people_neither_20m_pct": _share(near, "neither_pct"),
         "people_track_delay_p95_s": people[-1]["track_delay_p95_s"],
         "people_cell_delay_p95_s": people[-1]["cell_delay_p95_s"],
     }
@@ -148,7 +146,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="benchmarks.percepts", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--map", type=Path, default=_ROOT / "maps/shanghai-university/map.json")
+    parser.add_argument("--map", type=Path, default=_ROOT / "maps/snow-lion/map.json")
     parser.add_argument("--profile", type=Path, default=_ROOT / "vehicle_agent/profiles/campus-shuttle.toml")
     parser.add_argument("--turns", type=int, default=300, help="of each drive")
     parser.add_argument("--speed-mps", type=float, default=3.0)

@@ -45,7 +45,7 @@ class PictureTaker:
         try:
             jpeg = self._jpeg(frame)
         except pyav().FFmpegError as error:
-            # The recording goes on; whoever looks is told that no picture comes.
+            # The recording goes on, and the page says how old its last picture is.
             log.error("video.no_jpeg", error=str(error))
             return
         if len(jpeg) <= PICTURE_BYTES_MAX:
