@@ -48,7 +48,8 @@ async def ask_for_camera(
     """The vehicle sends pictures of a camera for 60 s, twice a second; ask again for more.
 
     The request is in the audit log. A vehicle that is out of reach is not asked. The vehicle's own setting
-    decides how much a picture shows: it can be so coarse that no face and no plate can be read, or not come at all.
+    decides how much a picture shows: it can be so coarse that no face and no plate can be read,
+    or not come at all.
     """
     told = command.about(vehicle_id, request.camera)
     return await told.transact(

@@ -2292,7 +2292,8 @@ export interface paths {
          * @description The vehicle sends pictures of a camera for 60 s, twice a second; ask again for more.
          *
          *     The request is in the audit log. A vehicle that is out of reach is not asked. The vehicle's own setting
-         *     decides how much a picture shows: it can be so coarse that no face and no plate can be read, or not come at all.
+         *     decides how much a picture shows: it can be so coarse that no face and no plate can be read,
+         *     or not come at all.
          */
         post: operations["ask_for_camera"];
         delete?: never;
