@@ -13,6 +13,7 @@ class SeenObjects(msgspec.Struct, frozen=True):
     poses_base (n, 3)    x, y, yaw of the middle of the outline, base frame at stamp_ns
     sizes_m (n, 3)       length along yaw, width, height
     velocities_base_mps  (n, 2) over ground, along the axes of that base frame; NaN where the finder has none
+    is_fitted (n,)       bool: the box is fitted to the returns of two sides, to some cm; empty: none is
     """
 
     stamp_ns: int
@@ -21,6 +22,11 @@ class SeenObjects(msgspec.Struct, frozen=True):
     poses_base: np.ndarray
     sizes_m: np.ndarray
     velocities_base_mps: np.ndarray
+    is_fitted: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
+
+    def fitted(self) -> np.ndarray:
+        """(n,) bool: `is_fitted`, also where it is empty."""
+        return self.is_fitted if len(self.is_fitted) else np.zeros(len(self.kinds), np.bool_)
 
 
 class EgoMotion(msgspec.Struct, frozen=True, tag="ego_motion"):

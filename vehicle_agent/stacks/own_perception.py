@@ -17,11 +17,14 @@ from vehicle_agent.perception.people_worker import PeopleFinder, PeopleWorker
 from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals.pictures import PinholeCamera, optical_pose, pinhole_matrix
 from vehicle_agent.stacks.rooms import scan_thinning
 
 # The lidars on the corners stand out by so much.
 _OWN_M = 0.25
+# Nearer to the outline, the bonnet of a car is below the lowest beams.
+_BLIND_M = 1.7
 
 
 def tracks_worker(profile: Profile) -> TracksWorker:
@@ -92,13 +95,17 @@ def lacking(profile: Profile, *, in_processes: bool = False) -> str:
 def point_perception(profile: Profile) -> PointPerception:
     """What finds cells, objects and tracks in the lidars' points, for the worker."""
     body = profile.body
+    half_m = 0.5 * body.width_m
     return PointPerception(
         PointGrid(
             above_m=body.height_m + 0.1,
             body_front_m=body.front_overhang_m,
             body_back_m=body.rear_overhang_m,
-            body_half_width_m=0.5 * body.width_m,
-        )
+            body_half_width_m=half_m,
+        ),
+        tracker=ObjectTracker(
+            blind_m=(-body.rear_overhang_m - _BLIND_M, body.front_overhang_m + _BLIND_M, half_m + _BLIND_M)
+        ),
     )
 
 

@@ -39,6 +39,7 @@ class ClusterParams(NamedTuple):
     person_m         a person's diameter, from and to
     pair_m_max       longest pair of people, or of a person and a post or trunk
     group_score      a group is people if their mean score is at least this
+    fitted_score, fitted_m  a car whose length and width are seen, and that looks like one, has a fitted box
     """
 
     gates: KindGates = KindGates()
@@ -50,6 +51,8 @@ class ClusterParams(NamedTuple):
     person_m: tuple[float, float] = (0.45, 0.7)
     pair_m_max: float = 2.6
     group_score: float = 0.35
+    fitted_score: float = 0.9
+    fitted_m: tuple[float, float] = (3.2, 1.3)
 
 
 def objects_of_points(
@@ -64,12 +67,14 @@ def objects_of_points(
     poses: Array = boxes[:, [BX, BY, YAW]].copy()
     sizes: Array = boxes[:, [LENGTH, WIDTH, B_TOP]].copy()
     _complete_people(poses, sizes, kinds == PEDESTRIAN, params)
+    fitted = (kinds == VEHICLE) & (best >= params.fitted_score)
+    fitted &= (sizes[:, 0] >= params.fitted_m[0]) & (sizes[:, 1] >= params.fitted_m[1])
     # A face as wide as a car and no deeper is its front or rear.
     across = (kinds == VEHICLE) & (sizes[:, 0] < 2.1)
     poses[across, 2] += 0.5 * math.pi
     sizes[across, :2] = sizes[across, 1::-1]
     velocities = np.full((len(kinds), 2), math.nan)
-    return SeenObjects(stamp_ns, kinds, best, poses, sizes, velocities)
+    return SeenObjects(stamp_ns, kinds, best, poses, sizes, velocities, fitted)
 
 
 def _boxes_and_scores(cells: FineCells, grid: PointGrid, params: ClusterParams) -> tuple[Array, Array]:

@@ -40,6 +40,7 @@ class TrackerParams(NamedTuple):
     person_mps_max   what moves faster is no pedestrian
     forget           share of the evidence of kinds that is left after a scan
     velocity_std_mps of velocities that a finder measures
+    fitted_std_m     of the middle of a box that is fitted to returns, whatever its kind and distance
     score_min        objects with a lower score begin no track
     other_m_max      longest thing of no kind that becomes a track when it moves
     moved_m          and how far it must have moved
@@ -62,6 +63,7 @@ class TrackerParams(NamedTuple):
     person_mps_max: float = 3.2
     forget: float = 0.9
     velocity_std_mps: float = 0.4
+    fitted_std_m: float = 0.06
     score_min: float = 0.25
     other_m_max: float = 1.2
     moved_m: float = 1.2
@@ -72,7 +74,7 @@ class TrackerParams(NamedTuple):
 _MOTIONS = {
     PEDESTRIAN: KindMotion((0.25, 7.0), (0.0, 0.0), 0.055, 0.002, 1.2, 1.5),
     CYCLIST: KindMotion((0.5, 5.0), (0.1, 1.5), 0.12, 0.004, 3.0, 2.5),
-    VEHICLE: KindMotion((0.4, 2.5), (0.05, 0.5), 0.2, 0.004, 4.0, 3.5),
+    VEHICLE: KindMotion((0.4, 4.0), (0.05, 0.5), 0.2, 0.004, 4.0, 3.5),
     OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 1.5),
 }
 DEFAULT_PARAMS = TrackerParams(motions=tuple(_MOTIONS[kind] for kind in sorted(_MOTIONS)))

@@ -24,7 +24,12 @@ from vehicle_agent.perception.tracking.occlusion import hidden_places
 from vehicle_agent.perception.tracking.output import percept_of_tracks
 from vehicle_agent.perception.tracking.params import DEFAULT_PARAMS, EVIDENCE_MAX, TrackerParams
 from vehicle_agent.perception.tracking.tracks import ObjectTrackerState, TrackTable, no_tracks
-from vehicle_agent.perception.tracking.visible_sides import aligned_sizes, towards_far_side
+from vehicle_agent.perception.tracking.visible_sides import (
+    aligned_sizes,
+    reaches_into,
+    towards_expected,
+    towards_far_side,
+)
 from vehicle_agent.signals import CYCLIST, PEDESTRIAN, TRACK_KINDS, VEHICLE, TrackPercept
 from vehicle_agent.signals.objects import SeenObjects
 
@@ -34,6 +39,8 @@ _SURE, _EVEN = 0.9, 1.0 / len(TRACK_KINDS)
 _GROW, _SHRINK, _PERSON_SHRINK = 0.4, 0.03, 0.1
 # Evidence against a pedestrian who is faster than people run, in each scan.
 _TOO_FAST = 3.0
+# A fitted box that is shorter than its track by so much is a part.
+_HIDDEN_M = 0.4
 # How fast the direction of a standing box follows.
 _YAW_GAIN = 0.3
 # Above this speed a vehicle's or cyclist's direction is that of its motion, m/s.
@@ -44,10 +51,13 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     """Gives the objects of scans identities, velocities and kinds.
 
     viewpoint_x_m  of the lidars, ahead of the rear axle: the sides that are seen face it
+    blind_m        area round the vehicle, base frame: x from, x to, and to either side. Of what comes into it
+                   the near parts may be below the lidars' lowest beams
     """
 
     params: TrackerParams = DEFAULT_PARAMS
     viewpoint_x_m: float = 1.3
+    blind_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def initial(self) -> ObjectTrackerState:
         return ObjectTrackerState(0, 1, no_tracks())
@@ -93,13 +103,16 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         measured[:, ZX : ZX + 2] = transform_points(pose_map, seen.poses_base[:, :2])
         turned = Pose2(0.0, 0.0, pose_map.yaw_rad)
         measured[:, ZVX : ZVX + 2] = transform_points(turned, seen.velocities_base_mps)
-        motions = [self.params.motions[int(kind)] for kind in seen.kinds]
-        ranges = np.hypot(seen.poses_base[:, 0], seen.poses_base[:, 1])
-        near = np.array([motion.position_std_m for motion in motions])
-        far = np.array([motion.position_std_per_m for motion in motions])
-        measured[:, Z_VAR] = (near + far * ranges) ** 2
+        unfitted = [self._variance(seen, d) for d in range(len(seen.kinds))]
+        measured[:, Z_VAR] = np.where(seen.fitted(), self.params.fitted_std_m**2, unfitted)
         measured[:, ZV_VAR] = self.params.velocity_std_mps**2
         return measured
+
+    def _variance(self, seen: SeenObjects, d: int) -> float:
+        """Of the measured middle of object d, m2, where no fitted box shows it."""
+        motion = self.params.motions[int(seen.kinds[d])]
+        away_m = math.hypot(seen.poses_base[d, 0], seen.poses_base[d, 1])
+        return (motion.position_std_m + motion.position_std_per_m * away_m) ** 2
 
     def _face(
         self, tracks: TrackTable, seen: SeenObjects, measured: Array, yaws: Array, viewpoint: Array
@@ -115,8 +128,15 @@ class ObjectTracker(msgspec.Struct, frozen=True):
                 continue
             size = aligned_sizes(tracks.yaws[t], yaws[d], seen.sizes_m[d])
             missing = np.maximum(tracks.sizes_m[t, :2] - size, 0.0)
+            if missing.max() > _HIDDEN_M:
+                # Something hides a part, perhaps of a near side.
+                measured[d, Z_VAR] = max(measured[d, Z_VAR], self._variance(seen, int(d)))
             middle = measured[d, ZX : ZX + 2]
-            measured[d, ZX : ZX + 2] = middle + towards_far_side(middle, viewpoint, tracks.yaws[t], missing)
+            if reaches_into(seen.poses_base[d], seen.sizes_m[d], self.blind_m):
+                moved = towards_expected(middle, mean[t, :2], tracks.yaws[t], missing)
+            else:
+                moved = towards_far_side(middle, viewpoint, tracks.yaws[t], missing)
+            measured[d, ZX : ZX + 2] = middle + moved
 
     def _correct(
         self,
@@ -145,6 +165,8 @@ class ObjectTracker(msgspec.Struct, frozen=True):
                 tracks.means[t, :, PX:VX] += towards_far_side(before, viewpoint, tracks.yaws[t], grown)
             off = np.array([size[0], size[1], seen.sizes_m[d, 2]]) - tracks.sizes_m[t]
             shrink = _PERSON_SHRINK if kinds[t] == PEDESTRIAN else _SHRINK
+            if kinds[t] == VEHICLE and reaches_into(seen.poses_base[d], seen.sizes_m[d], self.blind_m):
+                shrink = 0.0
             tracks.sizes_m[t] += np.where(off > 0.0, _GROW, shrink) * off
         update(tracks.means, tracks.covariances, tracks.weights, rows, measured[columns])
         straight = (kinds != VEHICLE) & (kinds != CYCLIST)
@@ -154,7 +176,11 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
             if speed[t] > _HEADING_MPS:
                 mean = tracks.weights[t] @ tracks.means[t]
-                tracks.yaws[t] = math.atan2(mean[VX + 1], mean[VX])
+                heading = math.atan2(mean[VX + 1], mean[VX])
+                if abs(math.remainder(heading - tracks.yaws[t], math.pi)) > 0.25 * math.pi:
+                    # It was taken to stand across its motion: what was its width is its length.
+                    tracks.sizes_m[t, :2] = tracks.sizes_m[t, 1::-1]
+                tracks.yaws[t] = heading
             elif kinds[t] == VEHICLE:
                 # A quarter turn is a box that lies across.
                 off = math.remainder(yaws[d] - tracks.yaws[t], 0.5 * math.pi)
@@ -222,5 +248,5 @@ def _finite(seen: SeenObjects) -> SeenObjects:
     )
     return SeenObjects(
         seen.stamp_ns, seen.kinds[good], seen.scores[good], seen.poses_base[good], seen.sizes_m[good],
-        velocities[good],
+        velocities[good], seen.fitted()[good],
     )  # fmt: skip

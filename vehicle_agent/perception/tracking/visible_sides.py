@@ -1,4 +1,4 @@
-"""The middle of an object of which a lidar sees the near sides only."""
+"""The middle of an object of which the lidars see some sides only."""
 
 import math
 
@@ -28,3 +28,28 @@ def towards_far_side(middle: Array, viewpoint: Array, yaw: float, missing: Array
         side = max(-1.0, min(1.0, along / 0.5))
         moved += 0.5 * side * missing[axis] * direction
     return moved
+
+
+def towards_expected(middle: Array, expected: Array, yaw: float, missing: Array) -> Array:
+    """(2,) how far the middle is from that of the visible part, where either end may be hidden.
+
+    expected (2,) where the middle was thought to be: within what is missing (2,) it may well be there
+    """
+    moved: Array = np.zeros(2)
+    off = expected - middle
+    for axis, angle in ((0, yaw), (1, yaw + 0.5 * math.pi)):
+        direction = np.array([math.cos(angle), math.sin(angle)])
+        half = 0.5 * missing[axis]
+        moved += min(half, max(-half, float(off @ direction))) * direction
+    return moved
+
+
+def reaches_into(pose: Array, size: Array, area: tuple[float, float, float]) -> bool:
+    """Whether a box comes into an area of the base frame: x from, x to, and how far to either side.
+
+    pose (3,), size (2+,) length and width. Seen from the area's axes, as if the box lay along them.
+    """
+    cos, sin = abs(math.cos(pose[2])), abs(math.sin(pose[2]))
+    reach_x, reach_y = 0.5 * (cos * size[0] + sin * size[1]), 0.5 * (sin * size[0] + cos * size[1])
+    begin, end, side = area
+    return bool(pose[0] + reach_x > begin and pose[0] - reach_x < end and abs(pose[1]) - reach_y < side)

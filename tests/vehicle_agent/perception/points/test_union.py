@@ -1,9 +1,12 @@
 """What a network found takes the clusters that lie in it; what it missed stays."""
 
+import math
+
+import msgspec
 import numpy as np
 
 from vehicle_agent.perception.points.union import SCORE_MIN, union
-from vehicle_agent.signals import OTHER, PEDESTRIAN, VEHICLE
+from vehicle_agent.signals import CYCLIST, OTHER, PEDESTRIAN, VEHICLE
 from vehicle_agent.signals.objects import SeenObjects
 
 
@@ -48,3 +51,49 @@ def test_without_clusters_or_without_network_the_other_is_all_there_is() -> None
     assert union(seen(), some).kinds.tolist() == [PEDESTRIAN]
     assert union(some, seen()).kinds.tolist() == [PEDESTRIAN]
     assert union(seen(), seen()).poses_base.shape == (0, 3)
+
+
+def fitted(objects: SeenObjects, *, length_m: float = 4.5) -> SeenObjects:
+    """The same objects, as boxes that their returns show."""
+    sizes = objects.sizes_m.copy()
+    sizes[:, 0] = length_m
+    return msgspec.structs.replace(objects, sizes_m=sizes, is_fitted=np.ones(len(objects.kinds), np.bool_))
+
+
+def test_a_car_stands_where_its_returns_are_and_looks_where_the_network_says() -> None:
+    network = seen((VEHICLE, 0.8, 10.3, 2.2, 4.1))
+    network.poses_base[0, 2] = 3.0
+    network.velocities_base_mps[0] = 0.4, 0.0
+    found = union(fitted(seen((VEHICLE, 1.0, 10.0, 2.0, 4.5))), network)
+    assert found.kinds.tolist() == [VEHICLE]
+    assert found.scores.tolist() == [0.8]
+    assert found.poses_base[0, :2].tolist() == [10.0, 2.0]
+    assert abs(math.remainder(found.poses_base[0, 2] - math.pi, 2.0 * math.pi)) < 1e-9
+    assert found.sizes_m[0, 0] == 4.5
+    assert found.fitted().tolist() == [True]
+    assert np.isnan(found.velocities_base_mps).all()
+
+
+def test_of_two_boxes_on_one_car_the_surer_one_is_it() -> None:
+    network = seen((VEHICLE, 0.4, 10.5, 2.0, 4.1), (VEHICLE, 0.8, 10.2, 2.1, 4.2))
+    found = union(fitted(seen((VEHICLE, 1.0, 10.0, 2.0, 4.5))), network)
+    assert found.fitted().tolist() == [False, True]
+    assert found.poses_base[:, 0].tolist() == [10.5, 10.0]
+
+
+def test_who_comes_out_close_behind_a_parked_car_is_not_a_part_of_it() -> None:
+    # The network's box of the car is half a metre off, towards the rider.
+    clusters = seen((CYCLIST, 1.0, 12.5, 2.0, 1.4), (VEHICLE, 1.0, 10.0, 2.0, 4.5))
+    is_fitted = np.array([False, True])
+    found = union(
+        msgspec.structs.replace(clusters, is_fitted=is_fitted), seen((VEHICLE, 0.8, 10.5, 2.0, 4.5))
+    )
+    assert sorted(found.kinds.tolist()) == sorted([CYCLIST, VEHICLE])
+
+
+def test_a_person_beside_a_car_is_seen_and_a_mirror_is_not() -> None:
+    network = seen((VEHICLE, 0.8, 10.0, 2.0, 4.5))
+    beside = 2.0 + 0.5 * 1.5 + 0.15
+    person = union(seen((PEDESTRIAN, 0.9, 10.0, beside, 0.5)), network)
+    assert sorted(person.kinds.tolist()) == sorted([PEDESTRIAN, VEHICLE])
+    assert union(seen((OTHER, 0.9, 10.0, beside, 0.2)), network).kinds.tolist() == [VEHICLE]

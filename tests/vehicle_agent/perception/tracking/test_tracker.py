@@ -226,3 +226,55 @@ def test_the_filter_stays_finite_and_its_covariance_positive(
         assert weights.sum() == pytest.approx(1.0)
     _, covariance = combined(means, covariances, weights)
     assert np.linalg.eigvalsh(covariance[0]).min() > -1e-9
+
+
+def fitted_car(number: int, place: tuple[float, float], yaw_rad: float, length_m: float = 4.4) -> SeenObjects:
+    """A car whose box is fitted to its returns."""
+    return SeenObjects(
+        1_000_000_000 + 100_000_000 * number, np.array([VEHICLE]), np.array([0.8]),
+        np.array([[*place, yaw_rad]]), np.array([[length_m, 1.8, 1.5]]), np.full((1, 2), math.nan),
+        np.array([True]),
+    )  # fmt: skip
+
+
+def test_a_car_that_leaves_its_bay_is_seen_to_move_within_0_3_s() -> None:
+    for seed in range(5):
+        rng, state = np.random.default_rng(seed), TRACKER.initial()
+        for number in range(33):
+            y_m = -6.0 + 0.22 * max(0, number - 29)
+            place = (8.0 + float(rng.normal(0.0, 0.03)), y_m + float(rng.normal(0.0, 0.03)))
+            percept, state = TRACKER.step(state, fitted_car(number, place, 0.5 * math.pi), HERE)
+        assert percept.velocities_base_mps[0, 1] > 1.2
+        assert abs(percept.velocities_base_mps[0, 0]) < 0.4
+
+
+def test_a_car_goes_on_where_its_bonnet_is_below_the_beams() -> None:
+    """It drives by before the bumper; what is nearest to the vehicle's axis is not seen any more."""
+    tracker = ObjectTracker(viewpoint_x_m=1.3, blind_m=(-2.5, 5.2, 2.5))
+    state, speed_mps = tracker.initial(), 0.8
+    for number in range(60):
+        y_m = 1.0 - 0.08 * number
+        ends = y_m - 2.2, min(y_m + 2.2, -0.7 if number > 30 else 9.0)
+        middle, length = 0.5 * (ends[0] + ends[1]), ends[1] - ends[0]
+        car = fitted_car(number, (5.0, middle), 0.5 * math.pi, length)
+        percept, state = tracker.step(state, car, HERE)
+        if number > 10:
+            assert percept.poses_base[0, 1] == pytest.approx(y_m, abs=0.3)
+            assert percept.velocities_base_mps[0, 1] == pytest.approx(-speed_mps, abs=0.35)
+    assert percept.sizes_m[0, 0] == pytest.approx(4.4, abs=0.2)
+
+
+def test_a_car_that_was_taken_to_stand_across_has_its_length_along_its_motion() -> None:
+    state = TRACKER.initial()
+    for number in range(12):
+        # Of a car in a bay only the face is seen at first: as long as it is wide, it seems to lie across.
+        car = fitted_car(
+            number,
+            (8.0, -6.0 + 0.2 * number),
+            0.0 if number < 2 else 0.5 * math.pi,
+            2.2 if number < 2 else 4.4,
+        )
+        percept, state = TRACKER.step(state, car, HERE)
+    assert abs(math.remainder(percept.poses_base[0, 2] - 0.5 * math.pi, math.pi)) < 0.3
+    assert percept.sizes_m[0, 0] > 3.5
+    assert percept.sizes_m[0, 1] < 2.3
