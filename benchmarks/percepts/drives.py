@@ -10,8 +10,7 @@ from contract.roads.load import load_map
 from simulator.sensors.lidars.mounts import four_lidars
 from vehicle_agent.config import load_profile
 from vehicle_agent.lidar.models import XT16
-from vehicle_agent.perception.points.chain import PointPerception
-from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.stacks.own_perception import point_perception
 
 # Until tracks are confirmed.
 _FIRST_TICKS = 6
@@ -19,12 +18,13 @@ _FIRST_TICKS = 6
 
 def sightings_of_drive(arguments: argparse.Namespace, seed: int) -> list[Sighting]:
     """Of all scans, once tracks can be confirmed. arguments: of the command; one drive for each seed."""
-    body = load_profile(arguments.profile).body
+    profile = load_profile(arguments.profile)
+    body = profile.body
     sweeps = CampusSweeps(
         load_map(arguments.map), body, four_lidars(body, XT16), seed, arguments.speed_mps, arguments.turns
     )
-    grid = PointGrid(body.height_m + 0.1, body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m)
-    perception = PointPerception(grid)
+    perception = point_perception(profile)
+    grid = perception.grid
     network = load_network(arguments.detector, body)
     state, before = perception.initial(), None
     found: list[Sighting] = []
