@@ -20,8 +20,9 @@ from vehicle_agent.link.keys import VehicleKeyError, load_or_create_key, public_
 from vehicle_agent.perception.pillars.detector_file import DetectorFileError
 from vehicle_agent.receivers.gnss_receiver import GnssReceiver, ReceiverError
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceError, output_devices
-from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes.agent import AgentPlace
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, AgentFolderError, VehicleFile
+from vehicle_agent.runtime.processes.agent_jobs import agent_jobs
 from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError

@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import os
 from pathlib import Path
 from typing import Annotated
 from zoneinfo import ZoneInfo
@@ -16,9 +15,11 @@ from campusloop.commands.perceiving import Perception, perceiving_profile, tell_
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
+from campusloop.live.carried_shuttles import VEHICLES_MAX, carried, cores, scan_cpu_s
 from campusloop.live.demo import LiveDemo
 from campusloop.live.run_folder import ForeignFolder, empty_folder
-from campusloop.shipped import DEFAULT_MAP
+from campusloop.scenes.stacks import PROFILE_OF_STACK
+from campusloop.shipped import DEFAULT_MAP, PROFILES
 from campusloop.telemetry.journal_console import journal_console
 from campusloop.telemetry.otlp_spans import TracingUnavailable
 from contract.localization_maps import LocalizationMapError
@@ -26,6 +27,7 @@ from contract.roads.load import MapError, load_map
 from simulator.sensors.scene_lidars import SceneOptions, scene_of_run
 from vehicle_agent.config import Profile, ProfileError, load_profile
 from vehicle_agent.perception.camera.people_detector import CameraLibraryMissing, opencv
+from vehicle_agent.perception.pillars.detector_file import DetectorFileError
 from vehicle_agent.runtime.screen.screen_settings import WEB_PAGES
 from vehicle_agent.stacks.choice import worker_tracks
 
@@ -42,7 +44,7 @@ def demo(
     headless: Annotated[bool, typer.Option("--headless", help="Virtual time, as fast as possible.")] = False,
     rides: Annotated[int, typer.Option(min=1, help="How many rides (headless).")] = 6,
     seed: Annotated[int, typer.Option(help="Of people, noise and bookings.")] = 1,
-    vehicles: Annotated[int, typer.Option(min=0, help="0: three, or two on two cores.")] = 0,
+    vehicles: Annotated[int, typer.Option(min=0, help="0: three, or as many as the machine carries.")] = 0,
     host: Annotated[str, typer.Option(help="0.0.0.0 serves phones on the LAN, with TLS.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port of the pages.")] = 8080,
     tls_cert: Annotated[Path | None, typer.Option(help="PEM certificate chain.")] = None,
@@ -54,7 +56,11 @@ def demo(
     ] = None,
     people: Annotated[bool, typer.Option(help="Simulated passengers book rides.")] = True,
     profile: Annotated[
-        Path | None, typer.Option(help="Vehicle profile (TOML); the campus shuttle without it.")
+        Path | None,
+        typer.Option(
+            help="Vehicle profile (TOML). Without it Snow Lions that find road users by themselves (with "
+            "--scene); headless, or with --perception, the campus shuttle."
+        ),
     ] = None,
     plant_seed: Annotated[
         int | None, typer.Option(help="Of the shuttles' dynamics; nominal ones without it.")
@@ -94,7 +100,12 @@ def demo(
         if not console.is_terminal:
             console = Console(width=WIDTH_WITHOUT_TERMINAL)
         structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR))
-    count = vehicles or (2 if (os.cpu_count() or 1) <= 2 else 3)
+    count = vehicles or (2 if cores() <= 2 else VEHICLES_MAX)
+    sees_itself = (
+        not headless and profile is None and perception is None and localization is Localization.GNSS
+    )
+    if sees_itself:
+        profile, perception, scene = PROFILES / PROFILE_OF_STACK["snow_lion"], Perception.OWN, True
     try:
         profile = chosen_profile(localization, profile)
         kept = folder or (HEADLESS if headless else Path("var/demo"))
@@ -108,6 +119,8 @@ def demo(
         if crossing_detector:
             _check_detector()
         prepare_kernels(kernels, console)
+        if sees_itself:
+            count = vehicles_that_see(console, chosen, vehicles)
         surroundings = scene_of_run(seed) if scene else None
         if campus_sky and (not headless or begin):
             raise CampusStartError("--campus-sky is for the rides of --headless")
@@ -157,6 +170,7 @@ def demo(
         MapError,
         LocalizationMapError,
         ProfileError,
+        DetectorFileError,
         CampusStartError,
         ForeignFolder,
         KernelError,
@@ -164,6 +178,24 @@ def demo(
     ) as error:
         console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
+
+
+def vehicles_that_see(console: Console, profile: Profile, wanted: int) -> int:
+    """How many shuttles find road users by themselves here: as many as wanted, or as the machine carries.
+
+    wanted: 0: as many as are carried. Tells which. Raises DetectorFileError.
+    """
+    scan_s = scan_cpu_s(profile)
+    count = carried(cores(), scan_s)
+    shuttles = "1 shuttle" if count == 1 else f"{count} shuttles"
+    console.print(
+        f"{cores()} cores carry {shuttles} on their own perception ({1e3 * scan_s:.0f} ms a scan)"
+        + (f"; {wanted} will be slower than real time" if wanted > count else ""),
+        highlight=False,
+    )
+    if count < VEHICLES_MAX and not wanted:
+        console.print("for more of them: --vehicles 2, slower, or --perception tracker", highlight=False)
+    return wanted or min(count, VEHICLES_MAX)
 
 
 def _check_detector() -> None:

@@ -1,10 +1,11 @@
 """A clock for a whole live campus on one machine. It runs slower where the machine does not keep up.
 
 Every periodic process has a reservation: when it begins to wait, it writes the deadline by which it reads the
-clock again (`PacedClock.wait`). The simulator's process has the master clock (`MasterClock`). The clock runs
-with the computer's, but never more than SLACK_NS past the earliest deadline. A process that gets no processor
-time is late by the wall clock and on time by this clock, so no other process brakes for it. The processes do
-not know which clock they have: on a vehicle they have the computer's.
+clock again (`PacedClock.wait`); one with a longer piece of work writes by when that is due (`work`). The
+simulator's process has the master clock (`MasterClock`). The clock runs with the computer's, but never more
+than SLACK_NS past the earliest deadline. A process that gets no processor time is late by the wall clock and
+on time by this clock, so no other process brakes for it. The processes do not know which clock they have: on
+a vehicle they have the computer's.
 
 The master ignores the reservation of a process that has ended or has missed its deadline for
 STALL_TIMEOUT_NS. A tick that hangs is therefore a silent tick here, too.
@@ -114,6 +115,10 @@ class PacedClock(_Shared):
             else:
                 time.sleep(pause_s)
             now_ns = self.now_ns()
+
+    def work(self, until_ns: int) -> None:
+        """The clock goes on until until_ns while the process works; then it waits for it."""
+        self._reservation[_DEADLINE] = max(self._reservation[_DEADLINE], until_ns)
 
     def close(self) -> None:
         self._reservation[_DEADLINE] = _NO_DEADLINE

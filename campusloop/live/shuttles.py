@@ -17,8 +17,9 @@ from simulator.live.ports import BASE_PORT, ports_of
 from simulator.sensors.scene_lidars import SceneOptions
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key, public_key_text
-from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes.agent import AgentPlace
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.agent_jobs import agent_jobs
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.supervisor import Job, Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings

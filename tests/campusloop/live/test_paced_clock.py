@@ -160,3 +160,18 @@ def test_a_process_that_ends_in_order_is_not_waited_for(tmp_path: Path) -> None:
     campus.master.advance_limit(begun_ns + PERIOD_NS)
     campus.computer_ns += PERIOD_NS
     assert campus.process.now_ns() == begun_ns + PERIOD_NS
+
+
+def test_the_clock_goes_on_while_a_process_works_until_its_work_is_due(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    begin_ns = campus.process.now_ns()
+    campus.reserve("tick", begin_ns + PERIOD_NS)
+    campus.process.work(begin_ns + 2 * PERIOD_NS)
+    for step in range(1, 6):
+        campus.master.advance_limit(begin_ns + step * PERIOD_NS)
+        campus.computer_ns += PERIOD_NS
+    assert campus.process.now_ns() == begin_ns + 2 * PERIOD_NS + SLACK_NS
+    campus.reserve("tick", begin_ns + 6 * PERIOD_NS)
+    campus.master.advance_limit(begin_ns + 6 * PERIOD_NS)
+    campus.computer_ns += PERIOD_NS
+    assert campus.process.now_ns() > begin_ns + 2 * PERIOD_NS + SLACK_NS

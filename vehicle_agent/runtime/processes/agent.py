@@ -1,7 +1,8 @@
 """A vehicle's processes and how they are connected.
 
-One vehicle has a tick, a gate, a worker and a link process. Simulated vehicles on one machine share one
-worker and one link process; each keeps a tick and a gate of its own.
+One vehicle has a tick, a gate, a worker and a link process. Simulated vehicles on one machine share one link
+process, and one worker if it looks for no road users; each keeps a tick and a gate of its own
+(`agent_jobs.py`).
 """
 
 import asyncio
@@ -43,7 +44,6 @@ from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
 from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
-from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, Sensors, TickProcess
 from vehicle_agent.runtime.processes.video_process import serve_video
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
@@ -51,10 +51,8 @@ from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map
 from vehicle_agent.runtime.screen.screen_pages import ScreenFile, read_screen_files
-from vehicle_agent.runtime.video.library import is_installed
 from vehicle_agent.signals import HmiOutput
 from vehicle_agent.stacks.choice import (
-    PLANNING_STACKS,
     build_car,
     build_localization_worker,
     build_perception_worker,
@@ -82,68 +80,6 @@ class AgentPlace:
     mail: Path
     clock: ClockSource = MONOTONIC
     spans: SpanSource = NO_SPANS
-
-
-def agent_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
-    """The processes of these vehicles, in starting order: the gates come first.
-
-    A vehicle whose stack plans beside the tick has its own planner, and one with a point map its own
-    localization worker.
-    """
-    names = [AgentFolder(place.folder).vehicle().vehicle_id for place in places]
-    planners = [
-        Job(f"planner {name}", run_planner, (place,))
-        for name, place in zip(names, places, strict=True)
-        if AgentFolder(place.folder).profile().stack in PLANNING_STACKS
-    ]
-    localizers = [
-        Job(f"localization {name}", run_localization, (place,))
-        for name, place in zip(names, places, strict=True)
-        if AgentFolder(place.folder).localizes_by() is not None
-    ]
-    gates = [Job(f"gate {name}", run_gate, (place,)) for name, place in zip(names, places, strict=True)]
-    ticks = [Job(f"tick {name}", run_tick, (place,)) for name, place in zip(names, places, strict=True)]
-    hmi_jobs = [
-        Job(f"speaking {name}", run_hmi_devices, (place,))
-        for name, place in zip(names, places, strict=True)
-        if AgentFolder(place.folder).hmi_devices() is not None
-    ]
-    screens = [
-        Job(f"screen {name}", run_screen, (place,))
-        for name, place in zip(names, places, strict=True)
-        if AgentFolder(place.folder).screen() is not None
-    ]
-    return [
-        *gates,
-        Job("link", run_links, (places,)),
-        Job("worker", run_worker, (places,)),
-        Job("scans", run_scans, (places,)),
-        *sensor_jobs(places),
-        *hmi_jobs,
-        *screens,
-        *planners,
-        *localizers,
-        *ticks,
-    ]
-
-
-def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
-    """The processes that read sensors or record cameras, of the vehicles that have a file of these."""
-    jobs = []
-    for place in places:
-        files = AgentFolder(place.folder)
-        settings, name = files.sensors(), files.vehicle().vehicle_id
-        if settings is not None and settings.lidars:
-            jobs.append(Job(f"lidars {name}", run_lidars, (place,)))
-        if settings is not None and settings.addresses:
-            jobs.append(Job(f"receivers {name}", run_receivers, (place,)))
-        if files.cameras() is not None and not is_installed():
-            log.error(
-                "video.not_recorded", vehicle_id=name, reason="PyAV is missing: install it with `make video`"
-            )
-        elif files.cameras() is not None:
-            jobs.append(Job(f"video {name}", run_video, (place,)))
-    return jobs
 
 
 def run_lidars(place: AgentPlace) -> None:
@@ -235,7 +171,7 @@ async def _serve_screen(screen: ScreenProcess) -> None:
     await screen.run(stop)
 
 
-def run_worker(places: tuple[AgentPlace, ...]) -> None:
+def run_worker(places: tuple[AgentPlace, ...], name: str = "worker") -> None:
     scanned = []
     for place in places:
         files = AgentFolder(place.folder)
@@ -252,7 +188,7 @@ def run_worker(places: tuple[AgentPlace, ...]) -> None:
                 build_perception_worker(files.profile()),
             )
         )
-    with closing(places[0].clock.open("worker")) as clock:
+    with closing(places[0].clock.open(name)) as clock:
         serve_percepts(tuple(scanned), clock)
 
 

@@ -24,6 +24,10 @@ class Clock(Protocol):
         """Waits until due_ns or until one of the files can be read; may return earlier."""
         ...
 
+    def work(self, until_ns: int) -> None:
+        """Says that the process is at work, and need not be waited for before until_ns."""
+        ...
+
     def close(self) -> None:
         """Ends the process's use of the clock."""
         ...
@@ -56,6 +60,8 @@ class MonotonicClock:
             select.select(files, [], [], pause_s)
         elif pause_s > 0.0:
             time.sleep(pause_s)
+
+    def work(self, until_ns: int) -> None: ...
 
     def close(self) -> None: ...
 

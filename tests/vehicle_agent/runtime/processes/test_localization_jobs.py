@@ -11,8 +11,9 @@ from campusloop.cli import app_of
 from campusloop.shipped import DEFAULT_MAP, PROFILES
 from contract.roads.load import load_map
 from tests.contract.localization_folders import point_map
-from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes.agent import AgentPlace
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.agent_jobs import agent_jobs
 
 SNOW_LION = PROFILES / "snow-lion.toml"
 VEHICLE = VehicleFile("shuttle-7", "https://127.0.0.1:1", "udp:239.1.1.1:1", 1, 2, 3, "scans")

@@ -8,9 +8,10 @@ from typer.testing import CliRunner
 
 from campusloop.cli import app_of
 from campusloop.shipped import DEFAULT_MAP
-from vehicle_agent.runtime.processes import agent
-from vehicle_agent.runtime.processes.agent import AgentPlace, agent_jobs
+from vehicle_agent.runtime.processes import agent_jobs as jobs_of_agents
+from vehicle_agent.runtime.processes.agent import AgentPlace
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
+from vehicle_agent.runtime.processes.agent_jobs import agent_jobs
 
 PLACE = "place = { x_m = 0.0, y_m = 0.0, z_m = 2.0 }\n"
 LIDAR = f'[lidars.roof]\nlisten = "udp:2368"\n{PLACE}'
@@ -48,7 +49,7 @@ def test_cameras_have_one_process_where_their_library_is_installed(
     text = '[cameras.front]\nsource = "ring"\n[cameras.rear]\nsource = "ring"\n'
     (place.folder / "cameras.toml").write_text(text)
     for is_there, expected in ((True, ["video shuttle-7"]), (False, [])):
-        monkeypatch.setattr(agent, "is_installed", lambda is_there=is_there: is_there)
+        monkeypatch.setattr(jobs_of_agents, "is_installed", lambda is_there=is_there: is_there)
         names = [job.name for job in agent_jobs((place,))]
         assert [name for name in names if name.startswith("video")] == expected
 
