@@ -15,7 +15,7 @@ from campusloop.commands.perceiving import Perception, perceiving_profile, tell_
 from campusloop.kernels.compiling import KernelError, prepare_kernels
 from campusloop.kernels.groups import for_campus
 from campusloop.live.campus import CampusStartError, LiveOptions
-from campusloop.live.carried_shuttles import VEHICLES_MAX, carried, cores, scan_cpu_s
+from campusloop.live.carried_shuttles import VEHICLES_MAX, carried, cores, pace, scan_cpu_s
 from campusloop.live.demo import LiveDemo
 from campusloop.live.run_folder import ForeignFolder, empty_folder
 from campusloop.scenes.stacks import PROFILE_OF_STACK
@@ -181,21 +181,23 @@ def demo(
 
 
 def vehicles_that_see(console: Console, profile: Profile, wanted: int) -> int:
-    """How many shuttles find road users by themselves here: as many as wanted, or as the machine carries.
+    """How many shuttles find road users by themselves here: as many as wanted, or 0: as the machine carries.
 
-    wanted: 0: as many as are carried. Tells which. Raises DetectorFileError.
+    Tells how many, and how fast that is. Raises DetectorFileError.
     """
     scan_s = scan_cpu_s(profile)
-    count = carried(cores(), scan_s)
-    shuttles = "1 shuttle" if count == 1 else f"{count} shuttles"
+    count = wanted or carried(cores(), scan_s)
+    shuttles = (
+        "1 shuttle finds road users in its" if count == 1 else f"{count} shuttles find road users in their"
+    )
     console.print(
-        f"{cores()} cores carry {shuttles} on their own perception ({1e3 * scan_s:.0f} ms a scan)"
-        + (f"; {wanted} will be slower than real time" if wanted > count else ""),
+        f"{shuttles} own scans ({1e3 * scan_s:.0f} ms a scan on one of {cores()} cores): "
+        f"about {pace(count, scan_s):.1f} of real time",
         highlight=False,
     )
-    if count < VEHICLES_MAX and not wanted:
-        console.print("for more of them: --vehicles 2, slower, or --perception tracker", highlight=False)
-    return wanted or min(count, VEHICLES_MAX)
+    if not wanted and count < VEHICLES_MAX:
+        console.print("for more shuttles: --vehicles 3, slower, or --perception tracker", highlight=False)
+    return count
 
 
 def _check_detector() -> None:
