@@ -41,7 +41,7 @@ def test_a_shuttle_stops_for_a_person_whom_only_its_lidars_show() -> None:
         ("day-reverses-bay-8-near-0.75-7.5", 100_204),
         # What is left of the car before the bumper is below the lidars' beams.
         ("day-reverses-bay-beside-van-3-far-0.50-10.0", 100_340),
-        # Somebody rides out close behind a parked car, within what the network takes for the car.
+        # A scooter comes out close behind a parked car, within what the network takes for the car.
         ("day-hidden-scooter-15-1.5-0.50-5.0", 100_052),
     ],
 )

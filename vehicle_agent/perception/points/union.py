@@ -24,7 +24,7 @@ def union(clusters: SeenObjects, finder: SeenObjects) -> SeenObjects:
     sure, has_kind = finder.scores >= SCORE_MIN, finder.kinds != OTHER
     known = sure & has_kind
     finder = _with_fitted(finder, clusters)
-    # Who stands or rides close to a car is not a part of it.
+    # A person or cyclist close to a car is not a part of it.
     is_person = (clusters.kinds == PEDESTRIAN) | (clusters.kinds == CYCLIST)
     margins = np.where(is_person, _PERSON_MARGIN_M, _MARGIN_M)
     places = clusters.poses_base[:, :2]
