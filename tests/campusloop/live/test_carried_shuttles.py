@@ -8,7 +8,7 @@ from campusloop.scenes.stacks import perceiving, profile_of
 
 @pytest.mark.parametrize(
     ("available", "scan_s", "shuttles"),
-    [(1, 0.2, 1), (2, 0.037, 1), (8, 0.012, 2), (8, 0.005, 3), (1, 0.012, 2)],
+    [(1, 0.2, 1), (2, 0.037, 1), (8, 0.012, 2), (8, 0.005, 3), (1, 0.012, 1)],
 )
 def test_more_and_faster_cores_carry_more(available: int, scan_s: float, shuttles: int) -> None:
     assert carried(available, scan_s) == shuttles

@@ -85,7 +85,8 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         else:
             kinds = np.empty(0, np.int64)
         yaws = seen.poses_base[:, 2] + pose_map.yaw_rad
-        self._face(tracks, seen, measured, yaws, viewpoint)
+        is_part = self._face(tracks, seen, measured, yaws, viewpoint)
+        measured[seen.fitted() & ~is_part, Z_VAR] = params.fitted_std_m**2
         rows, columns = associate(tracks, kinds, measured, seen.kinds, seen.sizes_m, params)
         self._correct(tracks, kinds, rows, columns, seen, measured, yaws, viewpoint)
         self._count(tracks, rows, seen, pose_map)
@@ -103,23 +104,24 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         measured[:, ZX : ZX + 2] = transform_points(pose_map, seen.poses_base[:, :2])
         turned = Pose2(0.0, 0.0, pose_map.yaw_rad)
         measured[:, ZVX : ZVX + 2] = transform_points(turned, seen.velocities_base_mps)
-        unfitted = [self._variance(seen, d) for d in range(len(seen.kinds))]
-        measured[:, Z_VAR] = np.where(seen.fitted(), self.params.fitted_std_m**2, unfitted)
+        motions = [self.params.motions[int(kind)] for kind in seen.kinds]
+        ranges = np.hypot(seen.poses_base[:, 0], seen.poses_base[:, 1])
+        near = np.array([motion.position_std_m for motion in motions])
+        far = np.array([motion.position_std_per_m for motion in motions])
+        measured[:, Z_VAR] = (near + far * ranges) ** 2
         measured[:, ZV_VAR] = self.params.velocity_std_mps**2
         return measured
 
-    def _variance(self, seen: SeenObjects, d: int) -> float:
-        """Of the measured middle of object d, m2, where no fitted box shows it."""
-        motion = self.params.motions[int(seen.kinds[d])]
-        away_m = math.hypot(seen.poses_base[d, 0], seen.poses_base[d, 1])
-        return (motion.position_std_m + motion.position_std_per_m * away_m) ** 2
-
     def _face(
         self, tracks: TrackTable, seen: SeenObjects, measured: Array, yaws: Array, viewpoint: Array
-    ) -> None:
-        """Moves the middles of vehicles to where they are by the nearest track's size: before assignment."""
+    ) -> BoolArray:
+        """Moves the middles of vehicles to where they are by the nearest track's size: before assignment.
+
+        (m,) of which objects something hides a part, perhaps of a near side.
+        """
+        is_part: BoolArray = np.zeros(len(seen.kinds), np.bool_)
         if not len(tracks):
-            return
+            return is_part
         mean, _ = combined(tracks.means, tracks.covariances, tracks.weights)
         for d in np.flatnonzero(seen.kinds == VEHICLE):
             apart = np.hypot(mean[:, 0] - measured[d, ZX], mean[:, 1] - measured[d, ZX + 1])
@@ -128,15 +130,14 @@ class ObjectTracker(msgspec.Struct, frozen=True):
                 continue
             size = aligned_sizes(tracks.yaws[t], yaws[d], seen.sizes_m[d])
             missing = np.maximum(tracks.sizes_m[t, :2] - size, 0.0)
-            if missing.max() > _HIDDEN_M:
-                # Something hides a part, perhaps of a near side.
-                measured[d, Z_VAR] = max(measured[d, Z_VAR], self._variance(seen, int(d)))
+            is_part[d] = missing.max() > _HIDDEN_M
             middle = measured[d, ZX : ZX + 2]
             if reaches_into(seen.poses_base[d], seen.sizes_m[d], self.blind_m):
                 moved = towards_expected(middle, mean[t, :2], tracks.yaws[t], missing)
             else:
                 moved = towards_far_side(middle, viewpoint, tracks.yaws[t], missing)
             measured[d, ZX : ZX + 2] = middle + moved
+        return is_part
 
     def _correct(
         self,
