@@ -45,6 +45,9 @@ BAD_SETTING = 2
 BACKLOG = 512
 _SWITCH_INTERVAL_S = 0.5e-3
 _NEW_OBJECTS = 50_000
+# How long a connection may be idle. Proxies keep theirs for 60 s, httpx for 5: who closes first must not be the
+# server, or a request that is on its way at that moment is lost.
+_IDLE_S_MAX = 75
 
 
 def serve_campus(
@@ -196,6 +199,7 @@ def uvicorn_config(settings: Settings, live: LivePorts) -> uvicorn.Config:
         access_log=False,  # a ride's link is a secret
         log_config=None,  # the process's own journal
         log_level="warning",
+        timeout_keep_alive=_IDLE_S_MAX,
         timeout_graceful_shutdown=5,
     )
 
