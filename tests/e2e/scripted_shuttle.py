@@ -106,6 +106,7 @@ class ScriptedShuttle:
         self._journey = Journey(place)
         self._mode: DriveMode = "held"
         self._doors_open = False
+        self._waiting_for = ""
         self._aboard: dict[str, RiderTask] = {}
         self._spoken = ""
         self._stood_s = 0.0
@@ -239,6 +240,7 @@ class ScriptedShuttle:
     # ------------------------------------------------------------ driving
 
     def _step(self) -> None:
+        self._waiting_for = ""
         visit = self._journey.next_visit()
         if visit is None or self._mode != "autonomous":
             return
@@ -264,6 +266,8 @@ class ScriptedShuttle:
         assert target_m is not None
         authority = movement_authority(spans, journey.grants, journey.s_m, BODY, MARGIN_M)
         reach_m = min(target_m, authority.hold_s_m, journey.s_m + self.speed_mps * STEP_S)
+        stands = reach_m <= journey.s_m
+        self._waiting_for = authority.waiting_for if stands and authority.hold_s_m < target_m else ""
         # However quick it is, it sets foot on every section, or it could not give a short one back.
         while journey.s_m < reach_m:
             step_m = min(FOOTSTEP_M, reach_m - journey.s_m)
@@ -341,6 +345,7 @@ class ScriptedShuttle:
             and self._mode == "autonomous"
             and journey.states[visit.visit_id] == "pending"
             and self.speed_mps > 0.0
+            and not self._waiting_for
         )
         name = "" if visit is None else visit.name_en or visit.name
         return Status(
@@ -361,4 +366,5 @@ class ScriptedShuttle:
             aboard=tuple(self._aboard),
             screen=SCREEN_TO.format(name=name) if name else SCREEN_REST,
             spoken=self._spoken,
+            waiting_for=self._waiting_for,
         )

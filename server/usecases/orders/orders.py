@@ -143,9 +143,10 @@ def visits_removed(uow: UnitOfWork, before: Plan, after: Plan) -> None:
 def _waits_off_its_route(
     uow: UnitOfWork, vehicle_id: str, present: IssuedOrder | None, reservations: SectionReservations | None
 ) -> bool:
-    """The vehicle stands before a section that is not on its route here, so it would never be granted.
+    """The vehicle stands before a section that is not the next of its route here: it would never be granted.
 
-    An order made from an older position leads a vehicle that has passed the visit meanwhile another way.
+    An order made from an older position leads a vehicle that has passed the visit meanwhile another way, or
+    round a loop once less.
     """
     if present is None or present.state is not OrderState.ACCEPTED or reservations is None:
         return False
@@ -156,7 +157,7 @@ def _waits_off_its_route(
     if (status.order_id, status.revision) != (present.order_id, present.revision):
         return False
     occupancy = reservations.occupancy(vehicle_id)
-    return status.waiting_for not in (*occupancy.held_ids, *occupancy.ahead)
+    return status.waiting_for not in (*occupancy.held_ids, *occupancy.ahead[:1])
 
 
 def _is_behind(present: IssuedOrder | None, plan: Plan) -> bool:

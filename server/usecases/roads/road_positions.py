@@ -1,10 +1,12 @@
 """A vehicle on its sections: which of them its body covers, and how many more it should get."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from contract.geometry import project
+from contract.geometry import Pose2, project
 from contract.roads.design_vehicle import FRONT_REACH_M, REAR_OVERHANG_M
+from contract.roads.model import Section
 from contract.roads.network import RoadNetwork
 from contract.wire.messages import Status
 from server.domain.planning.plans import PlannedVisit
@@ -13,6 +15,8 @@ _ON_SECTION_M = 0.75
 # Localization noise, and the 0.2 m within which a shuttle stops.
 ARRIVED_M = 3.0
 _NOSE_ROOM_M = 1.5
+# A status may be older than the releases that came meanwhile, by so much of the way.
+_OLD_STATUS_M = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,26 @@ def under_body(network: RoadNetwork, lane_id: str, s_m: float) -> tuple[str, ...
 
 
 def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition:
-    """Where a vehicle is on its held sections. A position beside them is moved to the nearest held place."""
+    """Where a vehicle is on its held sections.
+
+    A position on a section that was released meanwhile is moved to the first held one, since a status may be
+    older than the release. That holds too where the vehicle comes by the same place once more: the reading
+    with less of the way between it and the first held section wins. A position beside all of them is moved to
+    the nearest held place that is driven in its direction. Raises ValueError without sections.
+    """
+    if not held:
+        raise ValueError("a vehicle without held sections has no road position")
+    on = _on_sections(network, held, status)
+    if on is not None and on.index == 0:
+        return on
+    first = network.sections[held[0]]
+    behind_m = _behind_m(network, first, status)
+    if behind_m is not None and (on is None or behind_m < _travelled_m(network, held, on)):
+        return RoadPosition(0, first.lane_id, first.s_from_m)
+    return on or _nearest(network, held, status.pose_map)
+
+
+def _on_sections(network: RoadNetwork, held: Sequence[str], status: Status) -> RoadPosition | None:
     for index, section_id in enumerate(held):
         section = network.sections[section_id]
         inside = section.s_from_m - _ON_SECTION_M <= status.s_m <= section.s_to_m + _ON_SECTION_M
@@ -53,20 +76,45 @@ def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> 
             return RoadPosition(
                 index, section.lane_id, min(max(status.s_m, section.s_from_m), section.s_to_m)
             )
-    x_m, y_m = status.pose_map.x_m, status.pose_map.y_m
-    best: tuple[float, RoadPosition] | None = None
+    return None
+
+
+def _behind_m(network: RoadNetwork, first: Section, status: Status) -> float | None:
+    """The way from the reported place to a section, if that is a little ahead of it; else None."""
+    if first.lane_id == status.lane_id and status.s_m < first.s_from_m:
+        return first.s_from_m - status.s_m
+    shortest_m: float | None = None
+    ends = [(first.lane_id, first.s_from_m)]
+    while ends:
+        lane_id, way_m = ends.pop()
+        for before in network.predecessors(lane_id):
+            length_m = network.lines[before].length_m
+            if before == status.lane_id:
+                here_m = way_m + max(0.0, length_m - status.s_m)
+                shortest_m = here_m if shortest_m is None else min(shortest_m, here_m)
+            elif way_m + length_m < _OLD_STATUS_M:
+                ends.append((before, way_m + length_m))
+    return None if shortest_m is None or shortest_m > _OLD_STATUS_M else shortest_m
+
+
+def _travelled_m(network: RoadNetwork, held: Sequence[str], place: RoadPosition) -> float:
+    """From the beginning of the first held section."""
+    passed_m = sum(_length_m(network, section_id) for section_id in held[: place.index])
+    return passed_m + place.s_m - network.sections[held[place.index]].s_from_m
+
+
+def _nearest(network: RoadNetwork, held: Sequence[str], pose_map: Pose2) -> RoadPosition:
+    found: list[tuple[bool, float, int, RoadPosition]] = []
     for index, section_id in enumerate(held):
         section = network.sections[section_id]
         line = network.lines[section.lane_id]
-        s_m, _, _ = project(line.points, line.s, x_m, y_m, 0, len(line.points))
+        s_m, _, _ = project(line.points, line.s, pose_map.x_m, pose_map.y_m, 0, len(line.points))
         s_m = min(max(float(s_m), section.s_from_m), section.s_to_m)
-        near_x, near_y, _ = network.pose(section.lane_id, s_m)
-        away2 = (near_x - x_m) ** 2 + (near_y - y_m) ** 2
-        if best is None or away2 < best[0]:
-            best = away2, RoadPosition(index, section.lane_id, s_m)
-    if best is None:
-        raise ValueError("a vehicle without held sections has no road position")
-    return best[1]
+        x_m, y_m, yaw_rad = network.pose(section.lane_id, s_m)
+        is_against = math.cos(yaw_rad - pose_map.yaw_rad) < 0.0
+        away_m = math.hypot(x_m - pose_map.x_m, y_m - pose_map.y_m)
+        found.append((is_against, away_m, index, RoadPosition(index, section.lane_id, s_m)))
+    return min(found, key=lambda one: one[:3])[3]
 
 
 def ahead_of(

@@ -254,9 +254,9 @@ def test_an_order_that_names_a_stop_of_riders_who_are_gone_is_replaced(driven_fl
     assert (replaced.order_id, replaced.revision) == (before.order_id, before.revision + 1)
 
 
-@pytest.mark.parametrize("on_route", [True, False])
-def test_a_shuttle_that_waits_for_a_section_off_its_route_gets_its_order_again(
-    driven_fleet: FakeFleet, on_route: bool
+@pytest.mark.parametrize("waits", ["next", "off its route", "a loop farther"])
+def test_a_shuttle_that_waits_for_another_section_than_its_next_gets_its_order_again(
+    driven_fleet: FakeFleet, waits: str
 ) -> None:
     fleet = driven_fleet
     vehicle_id = taken(fleet)
@@ -268,7 +268,11 @@ def test_a_shuttle_that_waits_for_a_section_off_its_route_gets_its_order_again(
         occupancy = next(o for o in uow.sections.all() if o.vehicle_id == vehicle_id)
         mine = (*occupancy.held_ids, *occupancy.ahead)
         other = next(section_id for section_id in fleet.network.sections if section_id not in mine)
-        waiting_for = occupancy.ahead[0] if on_route else other
+        waiting_for = {
+            "next": occupancy.ahead[0],
+            "off its route": other,
+            "a loop farther": occupancy.ahead[1],
+        }[waits]
         uow.vehicles.save_position(
             vehicle_id,
             msgspec.structs.replace(
@@ -282,4 +286,4 @@ def test_a_shuttle_that_waits_for_a_section_off_its_route_gets_its_order_again(
         sections.extend_grants(uow)
 
     fleet.campus.do(wait_and_grant)
-    assert current(fleet, vehicle_id).revision == before.revision + (0 if on_route else 1)
+    assert current(fleet, vehicle_id).revision == before.revision + (0 if waits == "next" else 1)

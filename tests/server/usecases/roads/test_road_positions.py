@@ -26,6 +26,11 @@ CORNER_M = NETWORK.lines["corner-0"].length_m
 NEXT = tuple(f"side-1/{k}" for k in range(4))
 
 
+def _lanes_of(side: int) -> list[tuple[str, int]]:
+    """A side's sections behind the corner that leads to it."""
+    return [(f"corner-{side - 1}", 0), *((f"side-{side}", number) for number in range(4))]
+
+
 def a_status(lane_id: str, s_m: float, aside_m: float = 0.0) -> Status:
     x_m, y_m, yaw_rad = NETWORK.pose(lane_id, s_m)
     pose = Pose2(x_m, y_m + aside_m, yaw_rad)
@@ -99,6 +104,59 @@ def test_a_position_on_another_lane_is_moved_to_the_nearest_held_place() -> None
     beyond = replace_lane(a_status("side-1", 40.0), "side-2")
     here = road_position(NETWORK, held, beyond)
     assert (here.index, here.lane_id, here.s_m) == (2, "side-1", pytest.approx(25.0))
+
+
+# Once around the ring and on, from the second section: the first one was released.
+ROUND = (
+    *SIDE[1:],
+    *(f"{lane_id}/{number}" for side in (1, 2, 3) for lane_id, number in _lanes_of(side)),
+    "corner-3/0",
+    *SIDE,
+)
+
+
+@pytest.mark.parametrize(
+    ("lane_id", "s_m", "index", "held_m"),
+    [
+        ("side-0", 24.0, 0, 25.0),
+        ("side-0", 3.0, 0, 25.0),
+        ("corner-3", 10.0, 0, 25.0),
+        ("side-0", 26.0, 0, 26.0),
+        ("side-0", 80.0, 2, 80.0),
+        ("corner-0", 5.0, 3, 5.0),
+        ("side-3", 20.0, ROUND.index("side-3/0"), 20.0),
+    ],
+)
+def test_a_status_older_than_a_release_is_no_place_of_the_next_round(
+    lane_id: str, s_m: float, index: int, held_m: float
+) -> None:
+    """A loop leads by the same sections again: one that was released is held once more, farther ahead."""
+    here = road_position(NETWORK, ROUND, a_status(lane_id, s_m))
+    assert (here.index, here.s_m) == (index, pytest.approx(held_m))
+
+
+def test_a_status_older_than_a_release_is_not_on_the_lane_in_the_opposite_direction() -> None:
+    """On the way to a turn: the place before the first held section is nearer to the way back than to it."""
+    ways: dict[str, tuple[tuple[Point, ...], tuple[str, ...]]] = {
+        "before": (tuple((float(x) - 30.0, 0.0) for x in range(31)), ("out",)),
+        "out": (tuple((float(x), 0.0) for x in range(31)), ("turn",)),
+        "turn": (((30.0, 0.0), (32.0, 1.5), (30.0, 3.0)), ("back",)),
+        "back": (tuple((30.0 - x, 3.0) for x in range(61)), ()),
+    }
+    lanes = tuple(
+        Lane(lane_id, "road", points, 4.0, 4.0, False, after) for lane_id, (points, after) in ways.items()
+    )
+    lengths_m = {"before": 30.0, "out": 30.0, "turn": 5.0, "back": 60.0}
+    sections = tuple(Section(f"{lane_id}/0", lane_id, 0.0, lengths_m[lane_id], ()) for lane_id in ways)
+    network = RoadNetwork(with_version(RoadMap("x", "x", Origin(31.0, 121.0), lanes, sections, (), (), ())))
+    held = ("out/0", "turn/0", "back/0")
+    for s_m in (18.0, 29.0):
+        pose = Pose2(*network.pose("before", s_m))
+        status = Status(1, 1, pose, 0.0, 0.0, 0.0, "autonomous", 0.9, False, "before", s_m, "", 0, "")
+        assert road_position(network, held, status) == RoadPosition(0, "out", 0.0)
+        # Also where the map says nothing of the way between.
+        beside = replace_lane(status, "turn")
+        assert road_position(network, held, beside) == RoadPosition(0, "out", 0.0)
 
 
 def replace_lane(status: Status, lane_id: str) -> Status:
