@@ -7,13 +7,14 @@ bias that walks and a scale error, its rear axle slips. Each stack's own localiz
 `lost_found_pct`: jumps of the receiver by 1 to 30 m, of which the receiver says nothing. One counts as found
 when the vehicle stays within 0.5 m of the truth, or says within 2 s that it is not sure.
 `false_alarms_per_10h`: times when it says so, under an open sky, while it is within 0.1 m.
-The Snow Lion stack has lidar scans on a map, on ways of --scan-km. The map is made as `campusloop workshop
-map --clouds` does, of a drive of the same way on another day: other noise, traffic, parked cars and receiver.
-In most rows the world has changed since; in some the estimate is kidnapped now and then by 1 to 8 m,
-without GNSS. `snow_lion.lost_found_pct` is of these: slow, or right again, within 2 s; `right_pct`: right
-within 20 s. Its `p95_ms` is the worker's, of the slowest row. `snow_lion_gnss` is the same stack without
-scans. --trucks adds a row among trucks, --days further days in a changed world for each map, for the rate of
-false alarms: `false_alarms` in `hours`, and the greatest rate that they leave possible (95 %).
+The Snow Lion and GEM stacks have lidar scans on a map, on ways of --scan-km. The map is made as
+`campusloop workshop map --clouds` does, of a drive of the same way on another day: other noise, traffic,
+parked cars and receiver. In most rows the world has changed since; in some the estimate is kidnapped now
+and then by 1 to 8 m, without GNSS. `snow_lion.lost_found_pct` is of these: slow, or right again, within 2
+s; `right_pct`: right within 20 s. Its `p95_ms` is the worker's, of the slowest row. `snow_lion_gnss` and
+`gem_gnss` are the same stacks without scans: the GEM paper's vehicle has GNSS/INS alone. --trucks adds a
+row among trucks, --days further days in a changed world for each map, for the rate of false alarms:
+`false_alarms` in `hours`, and the greatest rate that they leave possible (95 %).
 The NUS stack has a planar laser on an occupancy map that its own survey made, on ways of --laser-km; rows of
 GNSS/INS alone stand beside its own. It is kidnapped by 2 to 30 m, and in a third of the cases turned by any
 angle. `nus.p95_ms` is the worker's; `nus_gnss` is the same stack without scans.
@@ -70,10 +71,11 @@ def main() -> None:
                 rows.append(_row(stack, conditions, seed, way.length_m / 1e3, one))
                 print(f"{stack}, {conditions.name}, seed {seed}: done", flush=True)
         summary |= _summary(_name(stack), drives)
-    has_scans = "snow_lion" in arguments.stacks if arguments.scan_map is None else arguments.scan_map
-    if has_scans:
+    has_scans = arguments.scan_map is not False
+    for stack in _on_map_of_scans(arguments) if has_scans else ():
         scan_rows, scan_summary = scan_map_rows(
-            road_map, min(arguments.km, arguments.scan_km), arguments.runs, arguments.seed, arguments.days,
+            stack, load_profile(PROFILES / f"{STACKS[stack]}.toml"), road_map,
+            min(arguments.km, arguments.scan_km), arguments.runs, arguments.seed, arguments.days,
             trucks=arguments.trucks,
         )  # fmt: skip
         rows += scan_rows
@@ -100,9 +102,15 @@ def main() -> None:
     )
 
 
+def _on_map_of_scans(arguments: argparse.Namespace) -> list[str]:
+    """The stacks that get rows of scans on a map of surfaces; those without any other, too, if asked for."""
+    wanted = [stack for stack in arguments.stacks if stack != "nus"]
+    return wanted or (["snow_lion"] if arguments.scan_map else [])
+
+
 def _name(stack: str) -> str:
-    """Of rows without scans: these stacks have others with them."""
-    return f"{stack}_gnss" if stack in ("nus", "snow_lion") else stack
+    """Of rows without scans: each stack has others with them."""
+    return f"{stack}_gnss"
 
 
 def _row(stack: str, conditions: Conditions, seed: int, km: float, one: Drive) -> Row:

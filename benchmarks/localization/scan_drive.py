@@ -21,7 +21,7 @@ from benchmarks.localization.sensed_drive import (
     pose_of,
     stamp_ns,
 )
-from benchmarks.mapping.campus_drive import MOUNT_M, SCAN_TICKS, LidarDrive, Trace
+from benchmarks.mapping.campus_drive import MOUNT_M, SCAN_TICKS, LidarDrive, Mount, Trace
 from benchmarks.mapping.receiver import fixes_of
 from contract.geometry import Array
 from contract.point_map.tiles import Surfels
@@ -122,12 +122,12 @@ def map_of_way(road_map: RoadMap, way: Trace, seed: int) -> dict[tuple[int, int]
 
 def scan_drive(
     way: Trace, room: ScanMapLocalization, tiles: dict[tuple[int, int], Surfels], road_map: RoadMap,
-    conditions: ScanConditions, seed: int,
+    conditions: ScanConditions, seed: int, mount_m: Mount = MOUNT_M,
 ) -> ScanDrive:  # fmt: skip
-    """Everything random is drawn from the seed."""
+    """mount_m: of the vehicle's lidar. Everything random is drawn from the seed."""
     rng = np.random.default_rng([seed, 17])
     sensed = SensedDrive(way, road_map, conditions.receiver, seed)
-    lidar = LidarDrive(StaticScene(road_map, SCENE_SEED, conditions.changes), way, seed)
+    lidar = LidarDrive(StaticScene(road_map, SCENE_SEED, conditions.changes), way, seed, mount_m)
     worker = ScanLocalizer(
         lambda ix, iy: tiles.get((ix, iy)), TILE_M, _PARAMS.surfaces.voxel_m, lidar.T_base_sensor
     )

@@ -3,7 +3,6 @@
 import math
 import os
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
 import numpy as np
 from scipy.stats import chi2
@@ -20,16 +19,15 @@ from benchmarks.localization.scan_drive import (
     scan_drive,
 )
 from benchmarks.localization.sensed_drive import Kidnapped
-from benchmarks.mapping.campus_drive import Trace, trace
+from benchmarks.mapping.campus_drive import MOUNT_M, Trace, trace
 from benchmarks.reporting.report import Row
 from contract.roads.model import RoadMap
-from vehicle_agent.config import load_profile
+from vehicle_agent.config import Profile
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
 from vehicle_agent.stacks.choice import build_car
 from vehicle_agent.stacks.rooms import rear_slip_per_mps2
 
-_PROFILE = Path(__file__).resolve().parents[2] / "vehicle_agent" / "profiles" / "snow-lion.toml"
 # 95 % of a chi-square variable with two degrees of freedom.
 _NEES_MAX = 5.99
 _SETTLE_TICKS = 3_000
@@ -43,10 +41,14 @@ _DAYS_FROM = 5_000
 
 
 def scan_map_rows(
-    road_map: RoadMap, km: float, runs: int, seed: int, days: int = 0, *, trucks: bool = False
-) -> tuple[list[Row], dict[str, float]]:
-    """(rows, summary) of so many ways of so many km; each way is driven on so many further days."""
-    profile = load_profile(_PROFILE)
+    stack: str, profile: Profile, road_map: RoadMap, km: float, runs: int, seed: int, days: int = 0,
+    *, trucks: bool = False,
+) -> tuple[list[Row], dict[str, float]]:  # fmt: skip
+    """(rows, summary) of so many ways of so many km; each way is driven on so many further days.
+
+    The map is the one that a Snow Lion's lidar made, whatever vehicle compares its scans with it.
+    """
+    mount_m = MOUNT_M if stack == "snow_lion" else (profile.lidar.x_m, profile.lidar.y_m, profile.lidar.z_m)
     gnss = build_car(profile, road_map).localization
     assert isinstance(gnss, GnssInsLocalization)
     room = ScanMapLocalization(gnss)
@@ -62,7 +64,7 @@ def scan_map_rows(
             "opposite": trace(beside(way, 1e3 * km, _LANE_M, back=True), slip),
         }
         tiles = map_of_way(road_map, lanes["same"], number)
-        print(f"scan map, seed {number}: mapped", flush=True)
+        print(f"{stack}, scan map, seed {number}: mapped", flush=True)
         wanted = [
             conditions.on_day(number) for conditions in (*SCAN_CONDITIONS, *([TRUCKS] if trucks else []))
         ]
@@ -70,21 +72,23 @@ def scan_map_rows(
         works += [(DAY.on_day(number + _DAYS_FROM + day), number + _DAYS_FROM + day) for day in range(days)]
         with ProcessPoolExecutor(max(1, min(len(works), len(os.sched_getaffinity(0))))) as pool:
             futures = [
-                pool.submit(scan_drive, lanes[conditions.lane], room, tiles, road_map, conditions, day)
+                pool.submit(
+                    scan_drive, lanes[conditions.lane], room, tiles, road_map, conditions, day, mount_m
+                )
                 for conditions, day in works
             ]
             for (conditions, day), future in zip(works, futures, strict=True):
                 one = future.result()
                 drives.append((conditions, one))
-                rows.append(_row(conditions, day, lanes[conditions.lane], one))
+                rows.append(_row(stack, conditions, day, lanes[conditions.lane], one))
                 print(rows[-1], flush=True)
-    return rows, _summary(drives)
+    return rows, _summary(stack, drives)
 
 
-def _row(conditions: ScanConditions, seed: int, way: Trace, one: ScanDrive) -> Row:
+def _row(stack: str, conditions: ScanConditions, seed: int, way: Trace, one: ScanDrive) -> Row:
     drive, settled = one.drive, _settled(one)
     row: dict[str, float | int | str] = {
-        "stack": "snow_lion",
+        "stack": stack,
         "conditions": conditions.name,
         "seed": seed,
         "km": round(float(way.odometer_m[-1]) / 1e3, 2),
@@ -124,7 +128,7 @@ def _false_alarms(one: ScanDrive) -> int:
     return int((one.drive.error_m[begins] < _RIGHT_M).sum())
 
 
-def _summary(drives: list[tuple[ScanConditions, ScanDrive]]) -> dict[str, float]:
+def _summary(stack: str, drives: list[tuple[ScanConditions, ScanDrive]]) -> dict[str, float]:
     """Of all drives together; errors, deviations and alarms without the kidnapped drives."""
     free = [one for conditions, one in drives if conditions.kidnapping is None]
     errors = np.concatenate([one.drive.error_m[_settled(one)] for one in free])
@@ -132,15 +136,13 @@ def _summary(drives: list[tuple[ScanConditions, ScanDrive]]) -> dict[str, float]
     kidnaps = [one for _, drive in drives for one in drive.kidnaps]
     alarms = sum(map(_false_alarms, free))
     summary = {
-        "snow_lion.rmse_m": round(float(np.sqrt(np.mean(errors**2))), 3),
-        "snow_lion.p99_m": round(float(np.percentile(errors, 99)), 3),
-        "snow_lion.p95_ms": round(
-            1e3 * max(float(np.percentile(one.scan_cpu_s, 95)) for _, one in drives), 1
-        ),
-        "snow_lion.nees_in_bounds_pct": round(100.0 * float(np.mean(nees <= _NEES_MAX)), 1),
+        f"{stack}.rmse_m": round(float(np.sqrt(np.mean(errors**2))), 3),
+        f"{stack}.p99_m": round(float(np.percentile(errors, 99)), 3),
+        f"{stack}.p95_ms": round(1e3 * max(float(np.percentile(one.scan_cpu_s, 95)) for _, one in drives), 1),
+        f"{stack}.nees_in_bounds_pct": round(100.0 * float(np.mean(nees <= _NEES_MAX)), 1),
     }
-    summary |= alarm_summary("snow_lion", alarms, sum(len(one.lost) for one in free))
-    return summary | kidnap_summary("snow_lion", kidnaps)
+    summary |= alarm_summary(stack, alarms, sum(len(one.lost) for one in free))
+    return summary | kidnap_summary(stack, kidnaps)
 
 
 def kidnap_row(kidnaps: tuple[Kidnapped, ...]) -> dict[str, float | int | str]:

@@ -17,12 +17,14 @@ from simulator.sensors.scene.static_scene import CastScene, StaticScene
 from vehicle_agent.lidar.models import VLP16
 from vehicle_agent.signals.point_cloud import PointCloud
 
+Mount = tuple[float, float, float]
+
 TICK_S = 0.02
 SCAN_TICKS = 5
 # Of two turns of a VLP-16 at 20 Hz one is used: half the beams of one at 10 Hz, and half the time to cast.
 _RATE_HZ = 20.0
 # Of the lidar on the Snow Lion shuttle's roof, from the rear axle's centre on the ground.
-MOUNT_M = (3.2, 0.0, 2.63)
+MOUNT_M: Mount = (3.2, 0.0, 2.63)
 _BODY_SWAYS = (0.006, 0.005)
 
 
@@ -92,11 +94,11 @@ class DrivenBody:
 class LidarDrive:
     """The scans of one drive. The body rolls and pitches a little on its springs, which no sensor tells."""
 
-    def __init__(self, scene: StaticScene, drive: Trace, seed: int) -> None:
+    def __init__(self, scene: StaticScene, drive: Trace, seed: int, mount_m: Mount = MOUNT_M) -> None:
         rng = np.random.default_rng([seed, 11])
         self._drive, self._poses = drive, DrivenBody(scene.ground, drive, rng).poses
         T_base_sensor: Array = np.eye(4)
-        T_base_sensor[:3, 3] = MOUNT_M
+        T_base_sensor[:3, 3] = mount_m
         self.T_base_sensor = T_base_sensor
         mounted = MountedLidar("roof", T_base_sensor, VLP16, _RATE_HZ)
         self._lidar = SpinningLidar(mounted, scene, rng)

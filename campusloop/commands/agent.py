@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 import httpx
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import for_vehicle
@@ -27,7 +28,7 @@ from vehicle_agent.runtime.processes.supervisor import Supervisor
 from vehicle_agent.runtime.screen.screen_settings import ScreenError
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError
 from vehicle_agent.runtime.video.cameras_file import CamerasError
-from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map, worker_tracks
+from vehicle_agent.stacks.choice import check_localizes_by_scans, checked_localization_map, worker_tracks
 from vehicle_agent.stacks.own_perception import tracks_worker
 
 app = typer.Typer(no_args_is_help=True)
@@ -92,7 +93,7 @@ def enrol(
         road_map = load_map(campus_map)
         chosen = Profile() if profile is None else load_profile(profile)
         if by_scans:
-            _check_stack(chosen.stack)
+            check_localizes_by_scans(chosen)
         if point_map is not None:
             _check_point_map(point_map, road_map, chosen)
         key = load_or_create_key(folder / "key.pem")
@@ -122,7 +123,7 @@ def give_point_map(
     """Give an enrolled vehicle a point map, or another one; it is used from the next start on."""
     files = AgentFolder(folder)
     try:
-        _check_stack(files.profile().stack)
+        check_localizes_by_scans(files.profile())
         index = files.install_point_map(point_map)
     except (MapError, LocalizationMapError, ProfileError) as error:
         _refuse(str(error))
@@ -153,7 +154,7 @@ def run(
                 # Says now what to install, and not from a process that ends again and again.
                 GnssReceiver()
             if files.checked_point_map() is not None or files.vehicle().by_scans:
-                _check_stack(files.profile().stack)
+                check_localizes_by_scans(files.profile())
             hmi_devices = files.hmi_devices()
             for device in output_devices(hmi_devices) if hmi_devices is not None else ():
                 device.close()
@@ -180,18 +181,10 @@ def run(
 
 def _check_point_map(point_map: Path, road_map: RoadMap, profile: Profile) -> None:
     """Raises LocalizationMapError, ProfileError."""
-    _check_stack(profile.stack)
+    check_localizes_by_scans(profile)
     checked_localization_map(profile, point_map, road_map.origin)
 
 
-def _check_stack(stack: str) -> None:
-    if stack not in LOCALIZING_STACKS:
-        raise ProfileError(
-            f"the {stack} stack does not localize by scans: leave out the point map, or give a profile with "
-            f"{' or '.join(sorted(LOCALIZING_STACKS))}"
-        )
-
-
 def _refuse(detail: str, console: Console = console) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -6,6 +6,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
@@ -162,5 +163,5 @@ def _cells(values: Residual) -> tuple[str, ...]:
 
 
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.clients.connection_variables import SERVER_VARIABLE, TOKEN_VARIABLE
 from campusloop.crossing_cameras.ground_pixels import GroundPixels, MappingError
@@ -171,5 +172,5 @@ def _trusted(certificate: Path | None) -> ssl.SSLContext:
 
 
 def _refuse(console: Console, detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]")
+    console.print(f"[red]{escape(detail)}[/red]")
     raise typer.Exit(EXIT_BAD_INPUT)

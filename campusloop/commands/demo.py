@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 import structlog
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.commands.perceiving import Perception, perceiving_profile, tell_lacks
@@ -176,7 +177,7 @@ def demo(
         KernelError,
         TracingUnavailable,
     ) as error:
-        console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
+        console.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
 
 
@@ -225,18 +226,18 @@ def _timetable(
     road_map = load_map(campus_map)
     zone = ZoneInfo(road_map.timezone)
     if not road_map.timetable:
-        console.print(f"[red]{road_map.name} has no timetable[/red]; try maps/snow-lion/map.json")
+        console.print(f"[red]{escape(road_map.name)} has no timetable[/red]; try maps/snow-lion/map.json")
         raise typer.Exit(EXIT_BAD_INPUT)
     options = CampusOptions(road_map, folder, seed, vehicles, plant_seed=plant_seed, scene=scene)
     try:
         begins, ends = (local_moment(options.begins, moment, zone) for moment in (begin, end))
     except ValueError as error:
-        console.print(f"[red]{error}[/red]; give times as HH:MM")
+        console.print(f"[red]{escape(str(error))}[/red]; give times as HH:MM")
         raise typer.Exit(EXIT_BAD_INPUT) from error
     empty_folder(folder)
     calls, failures = run_timetable(options, begins, ends, console)
     for failure in failures:
-        console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
+        console.print(f"[red]{escape(str(failure))}[/red]", soft_wrap=True, highlight=False)
     if failures:
         raise typer.Exit(EXIT_FAILED)
     console.print(f"all {len(calls)} calls were on time, every run replays exactly; the runs are in {folder}")
@@ -274,7 +275,7 @@ def _headless(
     )
     result = run_headless(options, rides, console)
     for failure in result.failures:
-        console.print(f"[red]{failure}[/red]", soft_wrap=True, highlight=False)
+        console.print(f"[red]{escape(str(failure))}[/red]", soft_wrap=True, highlight=False)
     if result.failures:
         raise typer.Exit(EXIT_FAILED)
     console.print(f"all {rides} rides completed, every run replays exactly; the runs are in {folder}")

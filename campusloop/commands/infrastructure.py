@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
@@ -122,5 +123,5 @@ def _numbers(console: Console, option: str, text: str, low: float, high: float) 
 
 
 def _refuse(console: Console, detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -7,8 +7,8 @@ from campusloop.shipped import PROFILES, occupancy_map_of
 from contract.localization_maps import LocalizationMapError
 from contract.point_map.map_files import INDEX
 from contract.roads.load import load_map
-from vehicle_agent.config import ProfileError, load_profile
-from vehicle_agent.stacks.choice import LOCALIZING_STACKS, checked_localization_map
+from vehicle_agent.config import load_profile
+from vehicle_agent.stacks.choice import check_localizes_by_scans, checked_localization_map
 
 # Where `campusloop workshop survey` puts a campus's point map; they are made, not shipped (decision 27).
 POINT_MAPS = Path("var/point-maps")
@@ -24,17 +24,12 @@ class Localization(StrEnum):
 def chosen_profile(localization: Localization, profile: Path | None) -> Path | None:
     """The profile's file: without one given, shuttles that localize by scans are Snow Lions.
 
-    Raises ProfileError for a profile whose stack cannot.
+    Raises ProfileError for a vehicle without the sensor for it.
     """
     if localization is Localization.GNSS:
         return profile
     path = profile or PROFILES / "snow-lion.toml"
-    stack = load_profile(path).stack
-    if stack not in LOCALIZING_STACKS:
-        raise ProfileError(
-            f"{path} has the {stack} stack, which does not localize by scans: give a profile with "
-            f"{' or '.join(sorted(LOCALIZING_STACKS))}, or leave out --localization scans"
-        )
+    check_localizes_by_scans(load_profile(path))
     return path
 
 

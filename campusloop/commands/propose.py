@@ -15,6 +15,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.commands.bars import StageBars, stage_bars
 
@@ -106,7 +107,7 @@ def _refuse(detail: str, code: int, for_server: bool) -> NoReturn:
     if for_server:
         tell({"refused": detail})
     else:
-        console.print(f"[red]{detail}[/red]", highlight=False)
+        console.print(f"[red]{escape(detail)}[/red]", highlight=False)
     raise typer.Exit(code)
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 
 from campusloop.campaigns.campaign import CampaignError
@@ -58,13 +59,13 @@ def replay(
             task = progress.add_task("replaying", total=len(paths))
             for path, result in zip(paths, _results(jobs, workers, cluster), strict=True):
                 if isinstance(result, str):
-                    console.print(f"[red]{path}: {result}[/red]", soft_wrap=True)
+                    console.print(f"[red]{escape(f'{path}: {result}')}[/red]", soft_wrap=True)
                     raise typer.Exit(EXIT_UNREADABLE)
                 ticks += result.ticks
                 _print_result(path, result)
                 progress.advance(task)
     except (ProfileError, CampaignError) as error:
-        console.print(f"[red]{error}[/red]", soft_wrap=True)
+        console.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True)
         raise typer.Exit(EXIT_UNREADABLE) from error
     console.print(f"{len(paths)} segments, {ticks} ticks: exactly as recorded")
 
@@ -95,7 +96,7 @@ def segment_paths(runs: list[Path]) -> list[Path]:
 
 def _print_result(path: Path, result: ReplayResult) -> None:
     if result.difference is not None:
-        console.print(f"[red]{path} differs at {result.difference}[/red]", soft_wrap=True)
+        console.print(f"[red]{escape(f'{path} differs at {result.difference}')}[/red]", soft_wrap=True)
         raise typer.Exit(EXIT_DIFFERENT)
     if result.cut_short:
         console.print(

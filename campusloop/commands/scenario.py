@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.campaigns.campaign import CampaignError
@@ -74,7 +75,7 @@ def run(
         found = [(path, load_scenario(path)) for path in paths]
         profiles = {name: _profile(name, profile_path) for name in stack.split(",")}
     except (ScenarioError, ProfileError) as error:
-        console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
+        console.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
     ensure_kernels((*SIMULATOR, *sorted({group for name in profiles for group in for_vehicle(name)})))
     jobs = [
@@ -101,7 +102,7 @@ def run(
             table.add_row(job.path.stem, job.stack, *figures, "; ".join(failures) or "passed")
             console.print(f"{job.stack} {job.path.stem}: {'; '.join(failures) or 'passed'}", highlight=False)
     except (ScenarioError, CampaignError, OSError) as error:
-        console.print(f"[red]{error}[/red]", soft_wrap=True, highlight=False)
+        console.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
     console.print(table)
     if failed:

@@ -5,6 +5,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.operations.sensor_check import (
@@ -82,5 +83,5 @@ def _print_reports(reports: list[SourceReport]) -> None:
 
 
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

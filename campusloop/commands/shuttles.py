@@ -10,6 +10,7 @@ from typing import Annotated, NoReturn
 
 import httpx
 import typer
+from rich.markup import escape
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
@@ -137,7 +138,7 @@ async def _run(
                 return 0 if stopped.is_set() else EXIT_FAILED
             await _drive(simulated, OperatorClient(client), name, password, held, stopped)
         except (OperatorError, httpx.HTTPError) as error:
-            _say(f"[red]the server at {url} refused the shuttles:[/red] {error}")
+            _say(f"[red]the server at {escape(url)} refused the shuttles:[/red] {escape(str(error))}")
             return EXIT_FAILED
         finally:
             _say("stopping")
@@ -192,7 +193,10 @@ async def _is_ready(client: httpx.AsyncClient, wait_s: float, stopped: asyncio.E
             reason = str(error) or type(error).__name__
         await asyncio.sleep(POLL_EVERY_S)
     if not stopped.is_set():
-        _say(f"[red]no server was ready at {client.base_url} within {wait_s:g} s:[/red] {reason}")
+        _say(
+            f"[red]no server was ready at {escape(str(client.base_url))} within {wait_s:g} s:[/red] "
+            f"{escape(reason)}"
+        )
     return False
 
 
@@ -201,5 +205,5 @@ def _say(text: str) -> None:
 
 
 def _refuse(reason: str) -> NoReturn:
-    journal_console(level="error").print(f"[red]campusloop shuttles:[/red] {reason}", soft_wrap=True)
+    journal_console(level="error").print(f"[red]campusloop shuttles:[/red] {escape(reason)}", soft_wrap=True)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.campaigns.campaign import CampaignError
 from campusloop.campaigns.choice import open_campaign
@@ -175,5 +176,5 @@ def _drive_km(
 
 
 def _refuse(console: Console, reason: str) -> NoReturn:
-    console.print(f"[red]cannot simulate:[/red] {reason}", highlight=False)
+    console.print(f"[red]cannot simulate:[/red] {escape(reason)}", highlight=False)
     raise typer.Exit(_BAD_INPUT)

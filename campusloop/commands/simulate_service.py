@@ -10,6 +10,7 @@ import msgspec
 import structlog
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.kernels.compiling import ensure_kernels
@@ -98,7 +99,7 @@ def _kinds(faults: str) -> tuple[str, ...]:
 
 
 def _refuse(text: str) -> None:
-    console.print(f"[red]{text}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(text)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)
 
 

@@ -81,7 +81,9 @@ def map_laser_site(log: LaserLog, fixes: Fixes, out: Path) -> None:
     try:
         index = write_tiles(out, site.tiles, params.tile_m, params.occupancy.cell_m, fixes.origin)
     except OSError as error:
-        console.print(f"[red]{out} cannot be written: {error.strerror or error}[/red]", highlight=False)
+        console.print(
+            f"[red]{escape(f'{out} cannot be written: {error.strerror or error}')}[/red]", highlight=False
+        )
         raise typer.Exit(EXIT_NOT_WRITTEN) from error
     console.print(f"written: {out / INDEX}, map {index.map_version[:12]}", highlight=False)
 
@@ -97,7 +99,9 @@ def make_parent(out: Path) -> None:
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        console.print(f"[red]{out} cannot be written: {error.strerror or error}[/red]", highlight=False)
+        console.print(
+            f"[red]{escape(f'{out} cannot be written: {error.strerror or error}')}[/red]", highlight=False
+        )
         raise typer.Exit(EXIT_NOT_WRITTEN) from error
 
 

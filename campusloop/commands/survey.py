@@ -62,7 +62,7 @@ def survey(
     try:
         report = write_map_folder(out, cloud_map, params, names, cloud_map.notes, None)
     except (MapFolderError, OSError) as error:
-        console.print(f"[red]{out} cannot be written: {error}[/red]", highlight=False)
+        console.print(f"[red]{escape(f'{out} cannot be written: {error}')}[/red]", highlight=False)
         raise typer.Exit(EXIT_NOT_WRITTEN) from error
     table = Table(title="residuals", title_justify="left")
     table.add_column("name")

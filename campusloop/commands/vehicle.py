@@ -6,6 +6,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.commands.replay import segment_paths
@@ -98,5 +99,5 @@ def _print_values(found: Identification) -> None:
 
 
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

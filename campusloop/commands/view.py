@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.clients.operator_client import OperatorError
 from campusloop.live.run_viewer import RunViewError, runs_in
@@ -25,5 +26,5 @@ def view(
     try:
         asyncio.run(view_runs(runs_in(tuple(logs)), port, console.print))
     except (RunViewError, CannotStart, OperatorError) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(f"[red]{escape(str(error))}[/red]")
         raise typer.Exit(EXIT_BAD_INPUT) from error

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.kernels.caches import CachesNotWritable
 from campusloop.kernels.compiling import KernelError, compile_kernels
@@ -26,5 +27,5 @@ def warm(
     try:
         compile_kernels(named, console)
     except (KernelError, CachesNotWritable) as error:
-        console.print(f"[red]{error}[/red]", highlight=False)
+        console.print(f"[red]{escape(str(error))}[/red]", highlight=False)
         raise typer.Exit(EXIT_FAILED) from error

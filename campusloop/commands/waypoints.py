@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from campusloop.commands.replay import segment_paths
 from contract.roads.load import MapError, load_map
@@ -99,5 +100,5 @@ def _print_written(written: list[Path]) -> None:
 
 
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", soft_wrap=True, highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

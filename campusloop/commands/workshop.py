@@ -5,6 +5,7 @@ from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
@@ -70,7 +71,7 @@ def build_map(
     except RefusedInput as error:
         _refuse(str(error))
     except NotWritten as error:
-        console.print(f"[red]{error}[/red]", highlight=False)
+        console.print(f"[red]{escape(str(error))}[/red]", highlight=False)
         raise typer.Exit(EXIT_NOT_WRITTEN) from error
 
 
@@ -133,5 +134,5 @@ def map_laser_log(laser: Path, out: Path) -> None:
 
 
 def _refuse(detail: str) -> NoReturn:
-    console.print(f"[red]{detail}[/red]", highlight=False)
+    console.print(f"[red]{escape(detail)}[/red]", highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)

@@ -45,8 +45,8 @@ BAD_SETTING = 2
 BACKLOG = 512
 _SWITCH_INTERVAL_S = 0.5e-3
 _NEW_OBJECTS = 50_000
-# How long a connection may be idle. Proxies keep theirs for 60 s, httpx for 5: who closes first must not be the
-# server, or a request that is on its way at that moment is lost.
+# How long a connection may be idle. Proxies keep theirs for 60 s, httpx for 5: who closes first must not be
+# the server, or a request that is on its way at that moment is lost.
 _IDLE_S_MAX = 75
 
 

@@ -9,6 +9,7 @@ from typing import NoReturn
 import numpy as np
 import structlog
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from campusloop.live.paced_clock import PacedClocks
@@ -142,5 +143,5 @@ def _log_wiring(vehicle_ids: tuple[str, ...], base_port: int, folder: Path) -> N
 
 
 def _refuse(reason: str) -> NoReturn:
-    journal_console(level="error").print(f"[red]cannot simulate:[/red] {reason}", highlight=False)
+    journal_console(level="error").print(f"[red]cannot simulate:[/red] {escape(reason)}", highlight=False)
     raise SystemExit(_BAD_INPUT)

@@ -1,7 +1,8 @@
-"""The Snow Lion stack drives by its scans, without and with GNSS: the worker is beside the tick; replayed."""
+"""Two stacks drive by their scans, without and with GNSS: the worker is beside the tick; replayed."""
 
 import math
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -21,14 +22,18 @@ from vehicle_agent.runtime.replay import replay_segment
 from vehicle_agent.signals import Ego
 from vehicle_agent.stacks.choice import build_car
 
+Stack = Literal["snow_lion", "gem"]
+
 
 @pytest.fixture(scope="module")
 def road_map() -> RoadMap:
     return load_map(CAMPUS_MAP)
 
 
-def drive_on(road_map: RoadMap, folder: Path, point_map: Path | None) -> SoloDrive:
-    drive = SoloDrive(road_map, folder, 1, profile=Profile(stack="snow_lion"), point_map=point_map)
+def drive_on(
+    road_map: RoadMap, folder: Path, point_map: Path | None, stack: Stack = "snow_lion"
+) -> SoloDrive:
+    drive = SoloDrive(road_map, folder, 1, profile=Profile(stack=stack), point_map=point_map)
     drive.set_off()
     return drive
 
@@ -56,13 +61,14 @@ def run_for(drive: SoloDrive, seconds: float) -> list[float]:
     return errors_m
 
 
+@pytest.mark.parametrize("stack", ["snow_lion", "gem"])
 def test_it_drives_on_by_its_scans_when_gnss_falls_silent_and_replays_exactly(
-    road_map: RoadMap, tmp_path: Path
+    road_map: RoadMap, tmp_path: Path, stack: Stack
 ) -> None:
     start = SoloDrive(road_map, tmp_path / "start", 1, lidar=False).world.truth(VEHICLE_ID).pose_map
     point_map = tmp_path / "map"
     index = write_wall_map(point_map, road_map, start.x_m, start.y_m)
-    drive = drive_on(road_map, tmp_path / "drive", point_map)
+    drive = drive_on(road_map, tmp_path / "drive", point_map, stack)
     run_for(drive, 5.0)
     drive.world.gnss[VEHICLE_ID].silent = True
     errors_m = run_for(drive, 11.0)

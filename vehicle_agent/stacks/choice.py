@@ -13,7 +13,7 @@ from contract.point_map.map_files import PointMapIndex
 from contract.roads.model import Origin, RoadMap
 from vehicle_agent.config import Profile, ProfileError
 from vehicle_agent.localization.planar_map import stored_map as planar_map
-from vehicle_agent.localization.scan_map import stored_map as scan_map
+from vehicle_agent.localization.scan_map import stored_map
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.worker import CellsWorker, PerceptionWorker
@@ -25,8 +25,6 @@ Planner = Callable[[PlanJob], PlanAnswer]
 PLANNING_STACKS = frozenset({"snow_lion"})
 # Stacks that read signs in scans.
 SIGN_READING_STACKS = frozenset({"gem"})
-# Stacks that can compare scans with a map beside the tick.
-LOCALIZING_STACKS = frozenset({"nus", "snow_lion"})
 
 
 def build_car(profile: Profile, road_map: RoadMap, localization_map: str = "") -> Car:
@@ -35,10 +33,10 @@ def build_car(profile: Profile, road_map: RoadMap, localization_map: str = "") -
     localization_map  version of the map that a worker compares scans with, or `NO_LOCALIZATION_MAP`;
                       "": localization needs none
     ProfileError for a stack that this version lacks, for waypoint files that cannot be driven, and for a
-    localization map that the stack has no use for.
+    localization map that the vehicle has no scans for.
     """
-    if localization_map and profile.stack not in LOCALIZING_STACKS:
-        raise ProfileError(f"the {profile.stack} stack does not localize by scans: leave out the point map")
+    if localization_map:
+        check_localizes_by_scans(profile)
     car = _stack_car(profile, road_map, localization_map)
     if not profile.driving.identification_drive:
         return car
@@ -54,7 +52,7 @@ def _stack_car(profile: Profile, road_map: RoadMap, localization_map: str) -> Ca
         case "gem":
             from vehicle_agent.stacks.gem import gem
 
-            return gem(profile, road_map)
+            return gem(profile, road_map, by_scans=bool(localization_map))
         case "nus":
             from vehicle_agent.stacks.nus import nus
 
@@ -108,17 +106,18 @@ def perception_lacks(profile: Profile, *, in_processes: bool = False) -> str:
 
 
 def build_localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:
-    """What compares scans with the map in `folder`, for a stack of `LOCALIZING_STACKS`.
+    """What compares scans with the map in `folder`.
 
     Raises LocalizationMapError for a folder without a sound index, and ProfileError.
     """
+    check_localizes_by_scans(profile)
     if profile.stack == "nus":
         from vehicle_agent.stacks import nus
 
         return nus.localization_worker(profile, folder)
-    from vehicle_agent.stacks import snow_lion
+    from vehicle_agent.stacks import scan_map
 
-    return snow_lion.localization_worker(profile, folder)
+    return scan_map.localization_worker(profile, folder)
 
 
 def checked_localization_map(
@@ -131,15 +130,29 @@ def checked_localization_map(
     return (
         planar_map.checked_index(folder, origin)
         if profile.stack == "nus"
-        else scan_map.checked_index(folder, origin)
+        else stored_map.checked_index(folder, origin)
     )
 
 
-def localization_kind(stack: str) -> LocalizationMapKind | None:
-    """The kind of map that a stack compares scans with; None for one that compares none."""
-    if stack not in LOCALIZING_STACKS:
-        return None
+def localization_kind(stack: str) -> LocalizationMapKind:
+    """The kind of map that a stack compares scans with."""
     return "occupancy" if stack == "nus" else "points"
+
+
+def localizes_by_scans(profile: Profile) -> bool:
+    """The vehicle has the sensor whose scans its stack compares with a map."""
+    sensor = profile.planar_scanner if profile.stack == "nus" else profile.lidar
+    return sensor.rate_hz > 0.0
+
+
+def check_localizes_by_scans(profile: Profile) -> None:
+    """Raises ProfileError for a vehicle that has no scans to compare with a map."""
+    if not localizes_by_scans(profile):
+        sensor = "[planar_scanner]" if profile.stack == "nus" else "[lidar]"
+        raise ProfileError(
+            f"{profile.name} has no {sensor} whose scans could be compared with a map: give a profile with "
+            "one, or let it drive by GNSS/INS, without a map of scans"
+        )
 
 
 def warm_localization(profile: Profile) -> None:

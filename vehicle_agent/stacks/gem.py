@@ -8,7 +8,6 @@ from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile, ProfileError
-from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.signs.reading import SignReadingPerception
@@ -19,21 +18,25 @@ from vehicle_agent.stacks.rooms import (
     cells,
     guard,
     mission_rules,
-    rear_slip_per_mps2,
     waypoint_control,
     waypoint_planning,
 )
+from vehicle_agent.stacks.scan_map import localization
 from vehicle_agent.waypoints.files import WaypointFileError
 from vehicle_agent.waypoints.recorded_way import recorded_way
 from vehicle_agent.world.surroundings import Surroundings
 
 
-def gem(profile: Profile, road_map: RoadMap) -> Car:
-    """The rooms of the GEM paper's vehicle, on one map."""
+def gem(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
+    """The rooms of the GEM paper's vehicle, on one map.
+
+    by_scans  a worker compares the lidar's scans with a map of surfaces; otherwise GNSS/INS alone, as in the
+              paper
+    """
     body = profile.body
     return Car(
         can=codec_of(profile),
-        localization=GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile)),
+        localization=localization(profile, road_map, by_scans=by_scans),
         perception=SignReadingPerception(cells(profile)),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),

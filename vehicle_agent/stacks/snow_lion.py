@@ -1,17 +1,9 @@
 """The Snow Lion stack: behaviour, Gaussian-process path, speed profile and MPC."""
 
-from pathlib import Path
-
-from contract.point_map.map_files import read_index
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Profile
-from vehicle_agent.localization.gnss_ins import GnssInsLocalization
-from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
-from vehicle_agent.localization.scan_map.matcher import SurfaceMatcher
-from vehicle_agent.localization.scan_map.stored_map import tile_source
-from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.tracks import TrackingPerception
@@ -20,7 +12,8 @@ from vehicle_agent.planning.behaviour.decide import BehaviourRules
 from vehicle_agent.planning.motion.motion_planning import MotionPlanning
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.worker import MotionPlanner
-from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules, rear_slip_per_mps2, smoothing
+from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules, smoothing
+from vehicle_agent.stacks.scan_map import localization
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.observed import ObservedWorld
 from vehicle_agent.world.surroundings import Surroundings
@@ -38,10 +31,9 @@ def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) ->
     body, network = profile.body, RoadNetwork(road_map)
     half_m = 0.5 * body.width_m
     has_lidar = profile.lidar.rate_hz > 0.0
-    gnss = GnssInsLocalization(road_map.origin, slip_s2pm=rear_slip_per_mps2(profile))
     return Car(
         can=codec_of(profile),
-        localization=ScanMapLocalization(gnss) if by_scans else gnss,
+        localization=localization(profile, road_map, by_scans=by_scans),
         perception=TrackingPerception(cells(profile), smoothing(profile), has_lidar=has_lidar),
         world=ObservedWorld(
             network,
@@ -65,14 +57,6 @@ def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) ->
 def planner(profile: Profile) -> MotionPlanner:
     """The motion planner that answers the plan jobs of this stack."""
     return MotionPlanner(behaviour_rules(profile), motion_params(profile))
-
-
-def localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:
-    """What compares scans with the map of surfaces in a folder. Raises PointMapError."""
-    index, body = read_index(folder), profile.body
-    outline_m = (body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m)
-    matcher = SurfaceMatcher(tile_source(folder, index), index.tile_m, index.voxel_m, outline_m)
-    return LocalizationWorker(matcher)
 
 
 def behaviour_rules(profile: Profile) -> BehaviourRules:

@@ -42,13 +42,17 @@ def test_without_a_map_the_command_that_makes_one_is_named(
         chosen_point_map(SCANS, None, DEFAULT_MAP, has_scene=True)
 
 
-def test_shuttles_that_localize_by_scans_are_snow_lions_unless_told_otherwise() -> None:
+def test_shuttles_that_localize_by_scans_are_snow_lions_unless_told_otherwise(tmp_path: Path) -> None:
     path = chosen_profile(SCANS, None)
     assert path is not None
     assert load_profile(path).stack == "snow_lion"
     assert chosen_profile(GNSS, None) is None
-    with pytest.raises(ProfileError, match="gem stack"):
-        chosen_profile(SCANS, PROFILES / "gem-e2.toml")
+    gem_e2 = PROFILES / "gem-e2.toml"
+    assert chosen_profile(SCANS, gem_e2) == gem_e2
+    blind = tmp_path / "blind.toml"
+    blind.write_text(gem_e2.read_text().replace("rate_hz = 10.0", "rate_hz = 0.0"))
+    with pytest.raises(ProfileError, match=r"gem-e2 has no \[lidar\]"):
+        chosen_profile(SCANS, blind)
 
 
 def test_a_map_of_another_place_ends_the_demo_with_the_reason(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def test_bad_options_are_refused() -> None:
     ("options", "says"),
     [
         (["--km", "1", "--localization", "scans", "--stack", "nus"], "needs --scene"),
-        (["--km", "1", "--localization", "scans", "--scene", "--stack", "gem"], "does not localize by scans"),
+        (["--km", "1", "--localization", "scans", "--scene", "--stack", "gem", "--map", str(MAP)], "no map"),
         (["--km", "1", "--localization", "scans", "--scene", "--stack", "nus", "--map", str(MAP)], "no map"),
         (["--km", "1", "--point-map", "somewhere"], "name it with --map"),
         (["--km", "1", "--point-map", "somewhere", "--map", str(MAP)], "is for --localization scans"),

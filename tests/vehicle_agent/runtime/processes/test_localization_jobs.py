@@ -46,18 +46,24 @@ def test_a_map_given_by_hand_makes_a_vehicle_compare_scans(tmp_path: Path) -> No
     assert not has_worker(files)
 
 
-def test_a_stack_that_compares_no_scans_does_not_start_with_the_wish_for_it(
+def without_lidar(folder: Path) -> Path:
+    profile = folder / "blind.toml"
+    profile.write_text(SNOW_LION.read_text().replace("rate_hz = 10.0", "rate_hz = 0.0"))
+    return profile
+
+
+def test_a_vehicle_without_scans_does_not_start_with_the_wish_to_compare_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The console of long commands sets the log of the whole process, which other tests read.
     monkeypatch.setattr("campusloop.commands.agent.journal_console", lambda **_options: Console())
-    files = a_vehicle(tmp_path / "vehicle", by_scans=True, profile=None)
+    files = a_vehicle(tmp_path / "vehicle", by_scans=True, profile=without_lidar(tmp_path))
     ran = CliRunner().invoke(app_of(["agent"]), ["agent", "run", str(files.root)])
     assert ran.exit_code == 2
-    assert "does not localize by scans" in ran.output.replace("\n", " ")
+    assert "snow-lion has no [lidar] whose scans" in ran.output.replace("\n", " ")
 
 
-def test_a_stack_that_compares_no_scans_is_not_enrolled_with_the_wish_for_it(tmp_path: Path) -> None:
+def test_a_vehicle_without_scans_is_not_enrolled_with_the_wish_to_compare_them(tmp_path: Path) -> None:
     arguments = {
         "--server": "http://127.0.0.1:1",
         "--vehicle-id": "shuttle-7",
@@ -65,11 +71,12 @@ def test_a_stack_that_compares_no_scans_is_not_enrolled_with_the_wish_for_it(tmp
         "--map": str(DEFAULT_MAP),
         "--can": "can0",
         "--scan-ring": str(tmp_path / "scans"),
+        "--profile": str(without_lidar(tmp_path)),
     }
     given = [text for pair in arguments.items() for text in pair]
     ran = CliRunner().invoke(
         app_of(["agent"]), ["agent", "enrol", str(tmp_path / "vehicle"), *given, "--by-scans"]
     )
     assert ran.exit_code == 2
-    assert "does not localize by scans" in ran.output.replace("\n", " ")
+    assert "snow-lion has no [lidar] whose scans" in ran.output.replace("\n", " ")
     assert not (tmp_path / "vehicle" / "vehicle.toml").exists()
