@@ -62,8 +62,8 @@ def road_position(network: RoadNetwork, held: Sequence[str], status: Status) -> 
     if on is not None and on.index == 0:
         return on
     first = network.sections[held[0]]
-    behind_m = _behind_m(network, first, status)
-    if behind_m is not None and (on is None or behind_m < _travelled_m(network, held, on)):
+    within_m = _OLD_STATUS_M if on is None else min(_OLD_STATUS_M, _travelled_m(network, held, on))
+    if _is_just_before(network, first, status, within_m):
         return RoadPosition(0, first.lane_id, first.s_from_m)
     return on or _nearest(network, held, status.pose_map)
 
@@ -79,22 +79,20 @@ def _on_sections(network: RoadNetwork, held: Sequence[str], status: Status) -> R
     return None
 
 
-def _behind_m(network: RoadNetwork, first: Section, status: Status) -> float | None:
-    """The way from the reported place to a section, if that is a little ahead of it; else None."""
+def _is_just_before(network: RoadNetwork, first: Section, status: Status, within_m: float) -> bool:
+    """The reported place is so little of the way before a section."""
     if first.lane_id == status.lane_id and status.s_m < first.s_from_m:
-        return first.s_from_m - status.s_m
-    shortest_m: float | None = None
+        return first.s_from_m - status.s_m < within_m
     ends = [(first.lane_id, first.s_from_m)]
     while ends:
         lane_id, way_m = ends.pop()
         for before in network.predecessors(lane_id):
             length_m = network.lines[before].length_m
-            if before == status.lane_id:
-                here_m = way_m + max(0.0, length_m - status.s_m)
-                shortest_m = here_m if shortest_m is None else min(shortest_m, here_m)
-            elif way_m + length_m < _OLD_STATUS_M:
+            if before == status.lane_id and way_m + max(0.0, length_m - status.s_m) < within_m:
+                return True
+            if way_m + length_m < within_m:
                 ends.append((before, way_m + length_m))
-    return None if shortest_m is None or shortest_m > _OLD_STATUS_M else shortest_m
+    return False
 
 
 def _travelled_m(network: RoadNetwork, held: Sequence[str], place: RoadPosition) -> float:
