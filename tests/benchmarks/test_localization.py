@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.localization.__main__ import false_alarms, jumps_found
+from benchmarks.localization.__main__ import false_alarms, jumps_found, of_the_worst
 from benchmarks.localization.campus_way import beside, campus_way, truths
 from benchmarks.localization.drive import CONDITIONS, Drive, drive
 from benchmarks.localization.sensed_drive import kidnapped
@@ -29,6 +29,23 @@ def test_a_jump_is_found_if_it_is_told_in_time_or_does_no_harm() -> None:
 def test_a_false_alarm_is_one_that_is_raised_at_the_right_place() -> None:
     assert false_alarms(a_drive([0.05] * 6, [0, 1, 0, 0, 1, 1], [0] * 6)) == 1
     assert false_alarms(a_drive([0.05, 0.05, 0.5, 0.6, 0.05, 0.05], [1, 1, 0, 0, 1, 1], [0] * 6)) == 0
+
+
+def test_figures_of_all_stacks_are_those_of_the_worst_one_with_its_scans() -> None:
+    stacks = {
+        "gem_gnss": (90.0, 3.0, 70.0),
+        "gem": (100.0, 0.0, 96.0),
+        "nus": (99.0, 1.0, 99.0),
+    }
+    names = ("lost_found_pct", "false_alarms_per_10h", "nees_in_bounds_pct")
+    summary = {
+        f"{stack}.{name}": value
+        for stack, values in stacks.items()
+        for name, value in zip(names, values, strict=True)
+    }
+    assert of_the_worst(summary) == dict(zip(names, (99.0, 1.0, 96.0), strict=True))
+    alone = {key: value for key, value in summary.items() if key.startswith("gem_gnss")}
+    assert of_the_worst(alone) == dict(zip(names, stacks["gem_gnss"], strict=True))
 
 
 def test_odometry_without_errors_ends_where_the_vehicle_is() -> None:
