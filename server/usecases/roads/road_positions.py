@@ -84,14 +84,17 @@ def _is_just_before(network: RoadNetwork, first: Section, status: Status, within
     if first.lane_id == status.lane_id and status.s_m < first.s_from_m:
         return first.s_from_m - status.s_m < within_m
     ends = [(first.lane_id, first.s_from_m)]
+    begins_m: dict[str, float] = {}
     while ends:
         lane_id, way_m = ends.pop()
         for before in network.predecessors(lane_id):
             length_m = network.lines[before].length_m
             if before == status.lane_id and way_m + max(0.0, length_m - status.s_m) < within_m:
                 return True
-            if way_m + length_m < within_m:
-                ends.append((before, way_m + length_m))
+            begin_m = way_m + length_m
+            if begin_m < min(within_m, begins_m.get(before, within_m)):
+                begins_m[before] = begin_m
+                ends.append((before, begin_m))
     return False
 
 
