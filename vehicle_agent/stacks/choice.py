@@ -139,18 +139,14 @@ def localization_kind(stack: str) -> LocalizationMapKind:
     return "occupancy" if stack == "nus" else "points"
 
 
-def localizes_by_scans(profile: Profile) -> bool:
-    """The vehicle has the sensor whose scans its stack compares with a map."""
-    sensor = profile.planar_scanner if profile.stack == "nus" else profile.lidar
-    return sensor.rate_hz > 0.0
-
-
 def check_localizes_by_scans(profile: Profile) -> None:
-    """Raises ProfileError for a vehicle that has no scans to compare with a map."""
-    if not localizes_by_scans(profile):
-        sensor = "[planar_scanner]" if profile.stack == "nus" else "[lidar]"
+    """Raises ProfileError for a vehicle without the sensor whose scans its stack compares with a map."""
+    is_planar = profile.stack == "nus"
+    sensor = profile.planar_scanner if is_planar else profile.lidar
+    if sensor.rate_hz <= 0.0:
+        name = "[planar_scanner]" if is_planar else "[lidar]"
         raise ProfileError(
-            f"{profile.name} has no {sensor} whose scans could be compared with a map: give a profile with "
+            f"{profile.name} has no {name} whose scans could be compared with a map: give a profile with "
             "one, or let it drive by GNSS/INS, without a map of scans"
         )
 
