@@ -92,7 +92,7 @@ def execute_command(
         case "announce":
             state = _announce(state, command)
         case "resume":
-            state, detail = _resume(state, network, ego)
+            state, detail = _resume(state, network, rules, ego)
         case "mark" | "start_recording" | "stop_recording":
             pass  # The recorder writes them into the run log.
         case "show_scene" | "show_camera":
@@ -169,14 +169,32 @@ def _hold(state: MissionState, reason: HoldReason, detail: str, stop_s_m: float)
     return state.after(held=True, hold_reason=reason, hold_detail=detail, hold_s_m=stop_s_m)
 
 
-def _resume(state: MissionState, network: RoadNetwork, ego: Ego) -> tuple[MissionState, str]:
+def _resume(
+    state: MissionState, network: RoadNetwork, rules: MissionRules, ego: Ego
+) -> tuple[MissionState, str]:
     if not ego.valid:
         return state, "the vehicle does not know where it is: wait for a good position, then resume again"
     if state.is_off_route or state.route is None:
-        state, reason, detail = find_line(state, network, ego)
+        found, reason, detail = find_line(state, network, ego)
         if reason is not None:
             return state, detail or "the vehicle is not on a lane of the map: drive it onto one by hand"
+        aside_m = _aside_m(found, ego)
+        if aside_m > rules.off_route_m:
+            # It would hold again at once, without a word to the operator who has just resumed it.
+            return (
+                state,
+                f"the vehicle stands {aside_m:.1f} m beside its lane: drive it onto the lane by hand",
+            )
+        state = found
     return state.after(held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns), ""
+
+
+def _aside_m(state: MissionState, ego: Ego) -> float:
+    """How far beside its line the vehicle is; 0 without a line."""
+    if state.route is None:
+        return 0.0
+    _, d_m, _ = state.route.along(ego.pose_map, state.segment)
+    return abs(d_m)
 
 
 def _placing(state: MissionState, command: Command) -> MissionState:

@@ -266,6 +266,29 @@ def test_a_shuttle_that_was_driven_off_its_route_holds_until_it_is_back_and_resu
     assert shuttle.state.memory.open_visits() == ()
 
 
+@pytest.mark.parametrize(("aside_m", "resumes"), [(4.0, False), (2.6, False), (2.3, True)])
+def test_a_resume_beside_the_line_is_refused_where_it_could_not_last(aside_m: float, resumes: bool) -> None:
+    """A lane is found from up to 15 m away, but a shuttle drives on it from 2.5 m at most."""
+    shuttle = RingShuttle()
+    shuttle.go(an_order(two_visits()))
+    shuttle.run(6)
+    on_route = shuttle.pose
+    shuttle.pose = Pose2(on_route.x_m, on_route.y_m - 4.0, on_route.yaw_rad)
+    shuttle.step()
+    assert shuttle.step().hold_reason == "off_route"
+    shuttle.pose = Pose2(on_route.x_m, on_route.y_m - aside_m, on_route.yaw_rad)
+    shuttle.step()
+    task = shuttle.step(Command(1, "resume", "resume"))
+    done = shuttle.of(CommandDone)[-1]
+    assert isinstance(done, CommandDone)
+    assert done.done == resumes
+    if resumes:
+        assert (task.mode, shuttle.step().mode) == ("drive", "drive")
+    else:
+        assert f"{aside_m:.1f} m beside its lane: drive it onto the lane by hand" in done.detail
+        assert (task.mode, task.hold_reason) == ("hold", "off_route")
+
+
 def test_a_new_shuttle_beside_the_road_says_what_keeps_it_from_driving() -> None:
     shuttle = RingShuttle()
     shuttle.pose = Pose2(40.0, -20.0, 0.0)
