@@ -18,13 +18,8 @@ import numpy as np
 
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.tracking.reference_paths import ReferencePath
-from benchmarks.tracking.timed_drive import (
-    SpeedRule,
-    TimedRun,
-    follow_timed,
-    noisy,
-    timed_rows,
-)
+from benchmarks.tracking.sensing import noisy
+from benchmarks.tracking.timed_drive import SpeedRule, TimedRun, follow_timed, timed_rows
 from contract.geometry import Array, arc_lengths
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams

@@ -13,6 +13,11 @@ its look-ahead is set. Stacks that follow trajectories get timed rows of the cur
 defined in `benchmarks/tracking/stacks.py`. --plants vehicles are drawn from seeds
 (`simulator/vehicle/random_plant.py`); of these a stack knows the profile alone that was identified from one
 drive of five minutes (`benchmarks.identify`). Recorded loops are for the `gem` stack.
+
+With --by-scans the known vehicle also drives the curve on a place of a shipped campus, by the stack's own
+localization: a lidar's scans on a map of surfaces, for `nus` a planar scanner's on an occupancy map. The maps
+are of another day's survey, with other parked vehicles, and the receiver falls silent after a minute. Lidars
+are mounted as in the profile.
 """
 
 import argparse
@@ -24,7 +29,8 @@ import numpy as np
 
 from benchmarks.identify.plant_drives import drive_plants
 from benchmarks.reporting.report import Row, RunReport
-from benchmarks.tracking.reference_paths import lemniscate, recorded_path
+from benchmarks.tracking.reference_paths import ReferencePath, lemniscate, recorded_path
+from benchmarks.tracking.scan_sensing import ScannedCurve
 from benchmarks.tracking.stacks import (
     KINEMATIC_STACKS,
     STACKS,
@@ -44,6 +50,7 @@ _PROFILES = Path(__file__).resolve().parents[2] / "vehicle_agent" / "profiles"
 _KINEMATIC = "kinematic"
 _PERFECT = "perfect localization"
 _PLANT = "plant"
+_BY_SCANS = "own scans, GNSS silent"
 # Of the identification drive before.
 _IDENTIFIED_S = 300.0
 
@@ -62,6 +69,8 @@ def main() -> None:
             for seed in range(1, seeds + 1):
                 task = FollowTask(curve, profile, arguments.speed_mps, seed, conditions)
                 rows += _follow(stack, task, arguments.traces)
+    if arguments.by_scans:
+        rows += _by_scans(curve, profile, noise, arguments)
     seeds = range(arguments.first_plant, arguments.first_plant + arguments.plants)
     for plant_seed, plant, known in _unknown_vehicles(profile, tuple(seeds), arguments.unidentified):
         for stack in arguments.stacks:
@@ -74,6 +83,22 @@ def main() -> None:
             task = FollowTask(recorded_path(file), loop_profile, arguments.speed_mps, seed, kinematic)
             rows += _follow("gem", task, arguments.traces)
     report.write(arguments.json, "tracking", _plain(arguments), rows, _summary(rows, curve.name))
+
+
+def _by_scans(
+    curve: ReferencePath, profile: Profile, noise: GnssNoise, arguments: argparse.Namespace
+) -> list[Row]:
+    """The known vehicle on a campus, where each stack's own scans say where it is."""
+    print("mapping the curve's place on the campus", flush=True)
+    scanned = ScannedCurve(curve, profile, arguments.stacks)
+    conditions = Conditions(_BY_SCANS, _plant(profile, 0.0, arguments), noise, scanned)
+    rows: list[Row] = []
+    for stack in arguments.stacks:
+        for seed in range(1, arguments.seeds + 1):
+            task = FollowTask(scanned.path, profile, arguments.speed_mps, seed, conditions)
+            rows += _follow(stack, task, arguments.traces)
+            print(rows[-1], flush=True)
+    return rows
 
 
 def _conditions(
@@ -175,6 +200,8 @@ def _figures(row: Row, curve: str) -> list[tuple[str, float]]:
             (f"{stack}.unknown_vehicle_peak_cross_track_m", peak),
             (f"{stack}.unknown_vehicle_time_ratio", ratio),
         ]
+    if conditions == _BY_SCANS:
+        return [(f"{stack}.by_scans_peak_cross_track_m", peak), (f"{stack}.by_scans_time_ratio", ratio)]
     if conditions == _PERFECT:
         return [(f"{stack}.perfect_localization_peak_m", peak)]
     judged_kinematic = stack in KINEMATIC_STACKS
@@ -207,6 +234,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--load-ratio", type=float, default=0.2, help="of the weight, more and less")
     parser.add_argument("--plants", type=int, default=5, help="vehicles of which nothing is known")
     parser.add_argument("--first-plant", type=int, default=100, help="seed of the first of them")
+    parser.add_argument("--by-scans", action="store_true", help="also by each stack's own scans on a map")
     parser.add_argument("--plants-only", action="store_true", help="leave the known vehicles out")
     parser.add_argument("--unidentified", action="store_true", help="drive them with the nominal profile")
     parser.add_argument("--profile", type=Path, default=_PROFILES / "campus-shuttle.toml")

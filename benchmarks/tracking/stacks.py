@@ -8,13 +8,9 @@ from pathlib import Path
 import msgspec
 
 from benchmarks.tracking.reference_paths import ReferencePath
-from benchmarks.tracking.timed_drive import (
-    SpeedRule,
-    follow_timed,
-    noisy,
-    perfect,
-    timed_rows,
-)
+from benchmarks.tracking.scan_sensing import ScannedCurve
+from benchmarks.tracking.sensing import Sensing, noisy, perfect
+from benchmarks.tracking.timed_drive import SpeedRule, follow_timed, timed_rows
 from benchmarks.tracking.waypoint_drive import Drive, follow, record
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams
@@ -29,11 +25,15 @@ NO_NOISE = GnssNoise(0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """params None: the profile's kinematic vehicle. noise None: perfect localization."""
+    """params None: the profile's kinematic vehicle. noise None: perfect localization.
+
+    scanned  the stack's own localization by scans; without it GNSS and inertial sensor
+    """
 
     name: str
     params: PlantParams | None
     noise: GnssNoise | None
+    scanned: ScannedCurve | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,24 +61,23 @@ class TrackingResult:
     reference_s: float
 
 
-def follow_rows(task: FollowTask, control: TrajectoryControl) -> TrackingResult:
+def follow_rows(stack: str, task: FollowTask, control: TrajectoryControl) -> TrackingResult:
     """Follow timed rows of the curve itself, from rest to rest."""
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
-    noise = task.conditions.noise
-    sense = perfect if noise is None else noisy(task.seed, noise, task.profile)
-    drive = follow_timed(rows, task.profile, control, _params(task), sense).drive
+    drive = follow_timed(rows, task.profile, control, _params(task), _sensing(stack, task)).drive
     moving = drive.trace[:, 4] > 0.0
     return TrackingResult(drive, float(drive.trace[moving, 0].max(initial=0.0)), float(rows[-1, 0]))
 
 
-def follow_waypoints(task: FollowTask, control: WaypointControl) -> TrackingResult:
+def follow_waypoints(stack: str, task: FollowTask, control: WaypointControl) -> TrackingResult:
     """Follow waypoints recorded on the curve with the same noise, past its end without stopping."""
     noise = task.conditions.noise or NO_NOISE
     with tempfile.TemporaryDirectory() as folder:
         file = record(task.path, task.profile, task.speed_mps, Path(folder), task.seed, noise)
         drive = follow(
-            task.path, file, task.profile, control, task.speed_mps, task.seed, noise, task.conditions.params
-        )
+            task.path, file, task.profile, control, task.speed_mps, _sensing(stack, task),
+            task.conditions.params,
+        )  # fmt: skip
     rows = timed_rows(task.path, SpeedRule(task.speed_mps))
     cruise_mps = float(rows[:, 5].max())
     rise_s = float(rows[rows[:, 5] >= cruise_mps - 1e-6, 0].min())
@@ -86,6 +85,15 @@ def follow_waypoints(task: FollowTask, control: WaypointControl) -> TrackingResu
     return TrackingResult(
         drive, float(drive.trace[-1, 0]), rise_s + (task.path.length_m - rise_m) / cruise_mps
     )
+
+
+def _sensing(stack: str, task: FollowTask) -> Sensing:
+    conditions = task.conditions
+    if conditions.noise is None:
+        return perfect
+    if conditions.scanned is not None:
+        return conditions.scanned.sensing(stack, task.profile, conditions.noise, task.seed)
+    return noisy(task.seed, conditions.noise, task.profile)
 
 
 def _params(task: FollowTask) -> PlantParams:
@@ -106,11 +114,13 @@ def _slower(task: FollowTask) -> FollowTask:
 # stack -> follower -> how it drives; the stack's figures are those of its follower "ours".
 STACKS: dict[str, dict[str, Callable[[FollowTask], TrackingResult]]] = {
     "gem": {
-        "ours": lambda task: follow_waypoints(task, waypoint_control(task.profile)),
-        "paper": lambda task: follow_waypoints(task, _as_in_the_paper(waypoint_control(task.profile))),
+        "ours": lambda task: follow_waypoints("gem", task, waypoint_control(task.profile)),
+        "paper": lambda task: follow_waypoints("gem", task, _as_in_the_paper(waypoint_control(task.profile))),
     },
-    "nus": {"ours": lambda task: follow_waypoints(_slower(task), nus.pursuit_control(task.profile))},
-    "snow_lion": {"ours": lambda task: follow_rows(task, snow_lion_control.control(task.profile))},
+    "nus": {"ours": lambda task: follow_waypoints("nus", _slower(task), nus.pursuit_control(task.profile))},
+    "snow_lion": {
+        "ours": lambda task: follow_rows("snow_lion", task, snow_lion_control.control(task.profile))
+    },
 }
 # Stacks published with a kinematic vehicle: they are also driven, and evaluated, on one.
 KINEMATIC_STACKS = frozenset({"gem"})

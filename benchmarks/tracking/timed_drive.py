@@ -2,27 +2,21 @@
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from benchmarks.tracking.reference_paths import ReferencePath
+from benchmarks.tracking.sensing import Sensing
 from benchmarks.tracking.waypoint_drive import Drive
 from contract.geometry import Array, Pose2, curvatures
-from contract.roads.model import Origin
 from simulator.fleet import STEP_NS, SimFleet
-from simulator.sensors.gnss import GnssNoise, GnssReceiver
-from simulator.sensors.imu import Imu, ImuNoise
-from simulator.vehicle.plant import PlantParams, PlantView
+from simulator.vehicle.plant import PlantParams
 from vehicle_agent.can.pacmod.codec import pacmod
 from vehicle_agent.config import Profile
-from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.signals import Actuation, ControlCommand, Ego, Path, Trajectory, VehicleMotion
-from vehicle_agent.stacks.rooms import rear_slip_per_mps2
 
-_ORIGIN = Origin(30.6187, -96.3365)
 _STEP_S = STEP_NS * 1e-9
 _NAME = "shuttle"
 ROW_S = 0.1
@@ -97,34 +91,6 @@ def _smooth(values: Array, reach: int) -> Array:
     padded = np.pad(values, reach, mode="edge")
     smooth: Array = np.convolve(padded, np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
     return smooth
-
-
-Sensing = Callable[[int, PlantView, VehicleMotion], Ego]
-
-
-def noisy(seed: int, noise: GnssNoise, profile: Profile) -> Sensing:
-    """Receiver, inertial sensor and the localization of a vehicle's stack."""
-    rng = np.random.default_rng([seed, 2])
-    receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
-    localization = GnssInsLocalization(_ORIGIN, slip_s2pm=rear_slip_per_mps2(profile))
-    state = localization.initial()
-
-    def sense(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
-        nonlocal state
-        fix = receiver.fix(now_ns, truth)
-        assert fix is not None
-        ego, state = localization.step(state, motion, (fix, imu.sample(now_ns, truth)), now_ns)
-        return ego
-
-    return sense
-
-
-def perfect(now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
-    """Localization without errors."""
-    return Ego(
-        now_ns, truth.pose_map, truth.speed_mps, truth.accel_mps2, truth.yaw_rate_radps, motion.steer_rad,
-        0.0, now_ns, True,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

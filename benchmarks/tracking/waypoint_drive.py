@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.tracking.reference_paths import ReferencePath
+from benchmarks.tracking.sensing import ORIGIN, Sensing
 from contract.geometry import Array, Pose2, curvatures, pose_at, project
-from contract.roads.model import Origin
 from simulator.fleet import STEP_NS, SimFleet
 from simulator.sensors.gnss import GnssNoise, GnssReceiver
 from simulator.sensors.imu import Imu, ImuNoise
@@ -22,18 +22,16 @@ from vehicle_agent.planning.waypoint.waypoint_planning import cruise
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules, Waypoints
 from vehicle_agent.signals import Actuation, VehicleMotion
 from vehicle_agent.signals import Path as PlannedPath
-from vehicle_agent.stacks.rooms import rear_slip_per_mps2
 from vehicle_agent.waypoints.files import read_waypoints, write_recording
 from vehicle_agent.waypoints.recorder import WaypointRecorder
 
-_ORIGIN = Origin(30.6187, -96.3365)
 _STEP_S = STEP_NS * 1e-9
 _NAME = "gem"
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One drive along a path: trace (n, 7) t, x, y, yaw, v, a, steer; cpu_s: of the onboard rooms alone."""
+    """One drive along a path: trace (n, 7) t, x, y, yaw, v, a, steer; cpu_s: of planning, control and CAN."""
 
     trace: Array
     finished: bool
@@ -46,8 +44,8 @@ def record(
 ) -> Path:
     """Drive the path exactly, with the sensors' noise, and write its waypoint file."""
     rng = np.random.default_rng([seed, 1])
-    receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
-    localization = GnssInsLocalization(_ORIGIN)
+    receiver, imu = GnssReceiver(ORIGIN, noise, rng), Imu(ImuNoise(), rng)
+    localization = GnssInsLocalization(ORIGIN)
     state, recorder = localization.initial(), WaypointRecorder()
     kappa = curvatures(path.points)
     s_m, now_ns, length_m = 0.0, STEP_NS, path.length_m
@@ -64,7 +62,7 @@ def record(
         s_m += v * _STEP_S
         now_ns += STEP_NS
     route = path.name.replace(" ", "-")
-    return write_recording(folder, route, recorder.waypoints, _ORIGIN, [speed_mps])[0]
+    return write_recording(folder, route, recorder.waypoints, ORIGIN, [speed_mps])[0]
 
 
 def follow(
@@ -73,8 +71,7 @@ def follow(
     profile: Profile,
     control: WaypointControl,
     speed_mps: float,
-    seed: int,
-    noise: GnssNoise,
+    sense: Sensing,
     params: PlantParams | None = None,
 ) -> Drive:
     """Follow a waypoint file from rest at the path's start to its end: localization, control, CAN.
@@ -83,14 +80,11 @@ def follow(
     """
     limits = profile.limits
     rules = WaypointRules(speed_mps, limits.lateral_accel_mps2_max)
-    waypoints = _with_overrun(read_waypoints(file, _ORIGIN, rules), rules.overrun_m)
+    waypoints = _with_overrun(read_waypoints(file, ORIGIN, rules), rules.overrun_m)
     start = Pose2(*pose_at(path.points, path.s, 0.0))
     fleet = SimFleet({_NAME: profile}, {_NAME: start}, None if params is None else {_NAME: params})
-    rng = np.random.default_rng([seed, 2])
-    receiver, imu = GnssReceiver(_ORIGIN, noise, rng), Imu(ImuNoise(), rng)
     can = pacmod(profile)
-    localization = GnssInsLocalization(_ORIGIN, slip_s2pm=rear_slip_per_mps2(profile))
-    can_state, loc_state, ctl_state = can.initial(), localization.initial(), control.initial()
+    can_state, ctl_state = can.initial(), control.initial()
     now_ns, segment, cpu_s = STEP_NS, 0, 0.0
     rows: list[tuple[float, ...]] = []
     goal_m = float(waypoints.s_m[-1]) - rules.overrun_m
@@ -98,13 +92,9 @@ def follow(
     s_m = 0.0
     while s_m < goal_m - 0.05 and len(rows) < ticks_max:
         truth = fleet.truth(_NAME)
-        fix = receiver.fix(now_ns, truth)
-        assert fix is not None
-        sensed = (fix, imu.sample(now_ns, truth))
-        frames = fleet.frames_to_vehicle(_NAME)
+        motion, can_state = can.decode(can_state, fleet.frames_to_vehicle(_NAME), now_ns)
+        ego = sense(now_ns, truth, motion)
         began_s = time.process_time()
-        motion, can_state = can.decode(can_state, frames, now_ns)
-        ego, loc_state = localization.step(loc_state, motion, sensed, now_ns)
         pose = ego.pose_map
         s_m, _, segment = project(
             waypoints.points_map, waypoints.s_m, pose.x_m, pose.y_m, segment - 3, segment + 8

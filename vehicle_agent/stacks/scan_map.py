@@ -7,6 +7,7 @@ from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile
 from vehicle_agent.localization.gnss_ins import GnssInsLocalization
 from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
+from vehicle_agent.localization.scan_map.localizer import TileSource
 from vehicle_agent.localization.scan_map.matcher import SurfaceMatcher
 from vehicle_agent.localization.scan_map.stored_map import tile_source
 from vehicle_agent.localization.worker import LocalizationWorker
@@ -23,7 +24,14 @@ def localization(
 
 def localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:
     """What compares scans with the map of surfaces in a folder. Raises PointMapError."""
-    index, body = read_index(folder), profile.body
+    index = read_index(folder)
+    return LocalizationWorker(
+        surface_matcher(profile, tile_source(folder, index), index.tile_m, index.voxel_m)
+    )
+
+
+def surface_matcher(profile: Profile, tiles: TileSource, tile_m: float, voxel_m: float) -> SurfaceMatcher:
+    """For scans of the profile's vehicle, whose own body its lidars see. tile_m, voxel_m: of the map."""
+    body = profile.body
     outline_m = (body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m)
-    matcher = SurfaceMatcher(tile_source(folder, index), index.tile_m, index.voxel_m, outline_m)
-    return LocalizationWorker(matcher)
+    return SurfaceMatcher(tiles, tile_m, voxel_m, outline_m)

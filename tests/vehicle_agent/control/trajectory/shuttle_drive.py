@@ -10,15 +10,8 @@ import msgspec
 import numpy as np
 
 from benchmarks.tracking.reference_paths import ReferencePath
-from benchmarks.tracking.timed_drive import (
-    Sensing,
-    SpeedRule,
-    TimedRun,
-    follow_timed,
-    noisy,
-    perfect,
-    timed_rows,
-)
+from benchmarks.tracking.sensing import Sensing, noisy, perfect
+from benchmarks.tracking.timed_drive import SpeedRule, TimedRun, follow_timed, timed_rows
 from contract.geometry import Array, arc_lengths
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantParams

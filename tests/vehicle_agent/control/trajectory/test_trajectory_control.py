@@ -11,7 +11,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from benchmarks.tracking.timed_drive import READY_S, follow_timed, perfect
+from benchmarks.tracking.sensing import perfect
+from benchmarks.tracking.timed_drive import READY_S, follow_timed
 from contract.geometry import Pose2
 from contract.runlog.arrays import dec_hook, enc_hook
 from simulator.vehicle.plant import PlantParams
