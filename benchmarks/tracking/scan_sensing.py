@@ -30,6 +30,8 @@ _VEHICLE = "shuttle"
 _VOXEL_M = CloudMappingParams().surfaces.voxel_m
 # From the end of a turn to its pose: the worker's time, and the mailboxes.
 _DELAY_TICKS = 5
+# A scanner on the roof's own level would see the roof's edge.
+_MAST_M = 0.25
 
 
 class ScannedCurve:
@@ -50,31 +52,27 @@ class ScannedCurve:
         """The curve, map frame."""
         return self._site.path
 
-    def sensing(self, stack: str, profile: Profile, noise: GnssNoise, seed: int) -> "ScanSensing":
-        """Everything random is drawn from the seed."""
+    def sensing(
+        self, stack: str, profile: Profile, noise: GnssNoise, seed: int, silent_ticks: int = LEARNED_TICKS
+    ) -> "ScanSensing":
+        """Everything random is drawn from the seed. silent_ticks: when the receiver falls silent."""
         if stack == "nus":
             assert self._occupancy is not None, "the curve was mapped for this stack"
             room = planar_localization(profile, self._site.road_map)
-            return ScanSensing(
-                self._site,
-                self._planar,
-                room,
-                planar_matcher(self._planar, self._occupancy, seed),
-                noise,
-                seed,
-            )
+            planar = planar_matcher(self._planar, self._occupancy, seed)
+            return ScanSensing(self._site, self._planar, room, planar, noise, seed, silent_ticks)
         by_scans = localization(profile, self._site.road_map, by_scans=True)
         assert isinstance(by_scans, ScanMapLocalization)
         matcher = surface_matcher(profile, lambda ix, iy: self._surfaces.get((ix, iy)), TILE_M, _VOXEL_M)
-        return ScanSensing(self._site, profile, by_scans, matcher, noise, seed)
+        return ScanSensing(self._site, profile, by_scans, matcher, noise, seed, silent_ticks)
 
 
 class ScanSensing:
-    """Poses of one vehicle (`timed_drive.Sensing`). Its receiver falls silent after a minute."""
+    """Poses of one vehicle (`sensing.Sensing`), by scans alone once its receiver is silent."""
 
     def __init__(
         self, site: ScanSite, profile: Profile, room: ScanMapLocalization, matcher: ScanMatcher,
-        noise: GnssNoise, seed: int,
+        noise: GnssNoise, seed: int, silent_ticks: int,
     ) -> None:  # fmt: skip
         rng = np.random.default_rng([seed, 2])
         origin = site.road_map.origin
@@ -83,10 +81,11 @@ class ScanSensing:
         self._room, self._state, self._worker = room, room.initial(), LocalizationWorker(matcher)
         self._is_planar = profile.planar_scanner.rate_hz > 0.0
         self._due: deque[tuple[int, ScanAnswer]] = deque()
+        self._silent_ticks = silent_ticks
 
     def __call__(self, now_ns: int, truth: PlantView, motion: VehicleMotion) -> Ego:
         tick = now_ns // STEP_NS
-        self._receiver.silent = tick > LEARNED_TICKS
+        self._receiver.silent = tick > self._silent_ticks
         fix = self._receiver.fix(now_ns, truth)
         items: list[Navigation] = [self._imu.sample(now_ns, truth)]
         items += [fix] if fix is not None else []
@@ -113,9 +112,9 @@ class ScanSensing:
 
 
 def _with_planar_scanner(profile: Profile) -> Profile:
-    """The profile with the NUS cart's scanner in the place of its own lidar."""
+    """The profile with the NUS cart's scanner over the roof, in the place of its own lidar."""
     mount = msgspec.structs.replace(
-        load_profile(_NUS).planar_scanner, x_m=profile.lidar.x_m, y_m=profile.lidar.y_m, z_m=profile.lidar.z_m
+        load_profile(_NUS).planar_scanner, x_m=profile.lidar.x_m, z_m=profile.body.height_m + _MAST_M
     )
     lidar = msgspec.structs.replace(profile.lidar, rate_hz=0.0)
     return msgspec.structs.replace(profile, planar_scanner=mount, lidar=lidar)

@@ -1,6 +1,7 @@
 """The tracking benchmark keeps the paper's figure, and reads recordings that others bring."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -10,7 +11,12 @@ import numpy as np
 import pytest
 
 from benchmarks.tracking.reference_paths import PathFileError, lemniscate, recorded_path
-from contract.geometry import curvatures, resample
+from benchmarks.tracking.scan_sensing import ScannedCurve
+from contract.geometry import Pose2, curvatures, resample, wrap_angle
+from simulator.sensors.gnss import GnssNoise
+from simulator.vehicle.plant import PlantView
+from vehicle_agent.config import load_profile
+from vehicle_agent.signals import VehicleMotion
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = Path(os.environ.get("CAMPUSLOOP_SHARED", ROOT.parent / "shared"))
@@ -29,6 +35,33 @@ def test_cross_track_is_measured_against_the_curve_even_where_it_crosses_itself(
     errors = path.cross_track_m(beside)
     assert np.abs(errors).max() <= 0.05 + 1e-9
     assert np.abs(path.cross_track_m(path.points[::50])).max() < 1e-9
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("stack", ["nus", "snow_lion"])
+def test_scans_say_where_on_a_curve_a_vehicle_is_once_gnss_is_silent(stack: str) -> None:
+    profile = load_profile(ROOT / "vehicle_agent" / "profiles" / "campus-shuttle.toml")
+    scanned = ScannedCurve(lemniscate(6.0, 1), profile, [stack])
+    path, speed_mps = scanned.path, 1.5
+    sense = scanned.sensing(stack, profile, GnssNoise(), 1, silent_ticks=500)
+    turn_rad = np.unwrap(np.arctan2(np.gradient(path.points[:, 1]), np.gradient(path.points[:, 0])))
+    errors_m = []
+    for tick in range(1, round(path.length_m / speed_mps * 50)):
+        s_m, now_ns = speed_mps * tick / 50, tick * 20_000_000
+        x_m, y_m, yaw_rad = (np.interp(s_m, path.s, c) for c in (*path.points.T, turn_rad))
+        after_rad = np.interp(s_m + 0.02 * speed_mps, path.s, turn_rad)
+        truth = PlantView(
+            Pose2(float(x_m), float(y_m), wrap_angle(float(yaw_rad))), speed_mps, 0.0, 0.0, 0.0, 0.0,
+            50.0 * float(after_rad - yaw_rad), s_m, 1.0,
+        )  # fmt: skip
+        motion = VehicleMotion(now_ns, speed_mps, 0.0, 0.0, 0.0, True, False, True, 1.0)
+        ego = sense(now_ns, truth, motion)
+        assert ego.valid
+        if tick > 600:
+            errors_m.append(math.hypot(ego.pose_map.x_m - x_m, ego.pose_map.y_m - y_m))
+    assert len(errors_m) > 2000
+    assert max(errors_m) < 0.3
+    assert math.sqrt(float(np.mean(np.square(errors_m)))) < 0.1
 
 
 @pytest.mark.long
