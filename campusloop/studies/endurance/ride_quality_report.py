@@ -92,6 +92,12 @@ def report_km(
             soft_wrap=True,
         )
 
+    # With lidars a shift takes about as long as it does in reality: silence would look like a fault.
+    console.print(
+        f"driving shifts of {shift_s / 60:g} minutes (--shift-s); each says what it was when it ends",
+        highlight=False,
+        soft_wrap=True,
+    )
     shifts = drive_km(campaign, maps, stack, km, seed, shift_s, report, plant_seed, surroundings)
     summary = summary_of(shifts)
     if summary is None:
