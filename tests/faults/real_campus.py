@@ -63,8 +63,9 @@ class RealCampus:
         self.pair = nearest_pair(campus.road_map)
         self._rides: dict[int, asyncio.Task[Journey]] = {}
 
-    def request_ride(self) -> Journey:
-        journey = Journey(RideDemand(len(self._rides) + 1, 0.0, *self.pair, 1, "code"))
+    def request_ride(self, pair: tuple[str, str] | None = None) -> Journey:
+        """From a stop to another one; the nearest pair unless it is named."""
+        journey = Journey(RideDemand(len(self._rides) + 1, 0.0, *(pair or self.pair), 1, "code"))
         ride = asyncio.create_task(self._passengers.run_journey(journey))
         self._rides[journey.demand.number] = ride
         return journey
@@ -77,6 +78,11 @@ class RealCampus:
                     ride.result()
             assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
             await asyncio.sleep(0.2)
+
+    async def shuttle(self) -> dict[str, Any]:
+        """What the console shows of the shuttle."""
+        shown: dict[str, Any] = await self.campus.operator.vehicle("shuttle-1")
+        return shown
 
     async def keep_going(self) -> None:
         """Resume the shuttle if it is held, as an operator would."""
@@ -91,7 +97,7 @@ class RealCampus:
         """The shuttle is resumed where it held itself; a passenger who was refused meanwhile asks again."""
         deadline_s = time.monotonic() + within_s
         while journey.state != state and not self._is_over(journey):
-            assert time.monotonic() < deadline_s, f"not within {within_s} s; {self.states} {self.logs()}"
+            assert time.monotonic() < deadline_s, (self.states, await self.shuttle(), self.logs())
             await self.keep_going()
             await asyncio.sleep(0.5)
         assert journey.state == state, (journey.history, journey.reason, self.logs())

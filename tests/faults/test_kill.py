@@ -24,27 +24,42 @@ async def place_map(real: RealCampus) -> tuple[float, float]:
     return pose_map["x_m"], pose_map["y_m"]
 
 
-async def is_on_a_straight(real: RealCampus) -> bool:
+async def mode(real: RealCampus) -> str:
+    return str((await real.shuttle())["mode"])
+
+
+async def is_on_a_straight(real: RealCampus, ahead_m: float) -> bool:
     status = (await real.campus.operator.vehicle("shuttle-1"))["status"]
-    return str(status["lane_id"]).startswith("side") and float(status["s_m"]) < SIDE_M - 15.0
+    return str(status["lane_id"]).startswith("side") and float(status["s_m"]) < SIDE_M - ahead_m
 
 
-async def drives(real: RealCampus, *, anywhere: bool = True) -> None:
+async def drives(real: RealCampus, *, straight_m: float = 0.0) -> None:
     """Wait until the server hears that the shuttle gets on; the operator resumes it where that is needed.
 
-    anywhere  also in a bend, where a shuttle that coasts until its gate is back may leave the road: it would
-              have to be driven back by hand
+    straight_m  not before this much of a straight lies ahead. A shuttle that coasts into a bend until its
+                gate is back leaves the road, and would have to be driven back by hand
 
-    The newest status may be older than the link that was just killed, so its speed alone tells nothing.
+    The newest status may be older than the link that was just killed, so its speed alone tells nothing. Nor
+    does a motion without the mode: a shuttle coasts, too.
     """
     began_map = await place_map(real)
     for _ in range(120):
         moves = math.dist(await place_map(real), began_map) > 1.0 and await speed_mps(real) > 1.0
-        if moves and (anywhere or await is_on_a_straight(real)):
+        moves = moves and await mode(real) == "autonomous"
+        if moves and (not straight_m or await is_on_a_straight(real, straight_m)):
             return
         await real.keep_going()
         await asyncio.sleep(0.5)
-    raise AssertionError(f"the shuttle does not move: {real.states}")
+    raise AssertionError(f"the shuttle does not drive: {real.states} {await real.shuttle()}")
+
+
+async def notices(real: RealCampus) -> None:
+    """The shuttle tells that it no longer drives by itself, before it is resumed."""
+    for _ in range(60):
+        if await mode(real) != "autonomous":
+            return
+        await asyncio.sleep(0.2)
+    raise AssertionError(f"the shuttle has not noticed: {await real.shuttle()}")
 
 
 async def stands_held(real: RealCampus) -> None:
@@ -60,13 +75,18 @@ def test_a_ride_outlives_the_kill_of_every_process_in_turn(tmp_path: Path) -> No
 
     async def scenario() -> None:
         async with a_real_campus(tmp_path, 48_100) as real:
-            journey = real.request_ride()
+            # Two sides of the ring: on the one in the middle the gate is killed.
+            journey = real.request_ride(("stop-0", "stop-2"))
             await real.until_state(journey, "aboard")
-            for name in ("link", "gate shuttle-1"):
-                await drives(real, anywhere=name == "link")
-                pid = real.kill(name)
-                await real.until_restarted(name, pid)
-            await drives(real, anywhere=False)
+            await drives(real)
+            pid = real.kill("link")
+            await real.until_restarted("link", pid)
+            # It coasts for some 30 m from its speed when nothing brakes.
+            await drives(real, straight_m=50.0)
+            pid = real.kill("gate shuttle-1")
+            await real.until_restarted("gate shuttle-1", pid)
+            await notices(real)
+            await drives(real, straight_m=15.0)
             pid = real.kill("tick shuttle-1")
             await real.until_restarted("tick shuttle-1", pid)
             await stands_held(real)

@@ -1,5 +1,6 @@
 """One shuttle with its real tick on the simulated vehicle, and a server that grants what it is asked to."""
 
+import math
 from collections.abc import Callable
 
 from contract.geometry import Pose2
@@ -46,7 +47,10 @@ class SilentPhone:
 
 
 class DrivenShuttle:
-    """Steps world and tick together; `events`, `answers` and `outputs` are what the vehicle has said."""
+    """Steps world and tick together; `events`, `answers` and `outputs` are what the vehicle has said.
+
+    aside_m  stands this far to the left of the start at first
+    """
 
     def __init__(
         self,
@@ -55,10 +59,13 @@ class DrivenShuttle:
         profile: Profile,
         options: WorldOptions,
         seed: int = 1,
+        *,
+        aside_m: float = 0.0,
     ) -> None:
         self.network = RoadNetwork(road_map)
         self.name = "s1"
-        pose = Pose2(*self.network.pose(*start))
+        x_m, y_m, yaw_rad = self.network.pose(*start)
+        pose = Pose2(x_m - aside_m * math.sin(yaw_rad), y_m + aside_m * math.cos(yaw_rad), yaw_rad)
         self.world = SimWorld(
             road_map, {self.name: profile}, {self.name: pose}, seed, SilentPhone(self.name), options
         )

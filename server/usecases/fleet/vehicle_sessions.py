@@ -66,13 +66,14 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
         localizes_by=hello.localizes_by,
         localization_map=hello.localization_map,
     )
-    if hello.boot_id != vehicle.boot_id:
+    has_started = hello.boot_id != vehicle.boot_id and not _drives_on(uow, hello)
+    if has_started:
         # After a start a vehicle stands and is held, whatever it was before.
         opened = with_mode(uow, replace(opened, hold_ends=None), "held")
     opened = with_availability(uow, with_localization_map(uow, with_reported_map(uow, opened)))
     uow.vehicles.save(opened)
     uow.vehicles.heard(hello.vehicle_id, uow.now)
-    if hello.boot_id != vehicle.boot_id:
+    if has_started:
         announcements.say_again(uow, hello.vehicle_id)
     begin_run(uow, opened, hello.run_boot_id or hello.boot_id)
     clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
@@ -82,6 +83,15 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     boots = dict.fromkeys((hello.boot_id, *(log.boot_id for log in hello.logs)))
     acknowledged = tuple((boot_id, uow.events.count(hello.vehicle_id, boot_id)) for boot_id in boots)
     return VehicleSession(hello.vehicle_id, opened.epoch, acknowledged)
+
+
+def _drives_on(uow: UnitOfWork, hello: HelloFacts) -> bool:
+    """Only the process that talks to the server has started: the one that drives records a known run.
+
+    It says nothing of a mode that has not changed, so the server keeps what it knows.
+    """
+    run_boot_id = hello.run_boot_id or hello.boot_id
+    return uow.runs.get(hello.vehicle_id, run_boot_id) is not None
 
 
 def close_session(uow: UnitOfWork, vehicle_id: str, epoch: int) -> None:

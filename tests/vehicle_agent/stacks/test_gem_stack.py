@@ -132,6 +132,27 @@ def lost(shuttle: DrivenShuttle) -> OnboardState:
     return msgspec.structs.replace(shuttle.state, localization=localization)
 
 
+@pytest.mark.parametrize("aside_m", [-2.2, 1.5, 2.2])
+@pytest.mark.parametrize("s_m", [40.0, 72.0])
+def test_a_shuttle_beside_its_lane_comes_back_without_crossing_it(s_m: float, aside_m: float) -> None:
+    """On a straight, and with a bend just ahead: where an operator resumes it after it was pushed aside."""
+    start = ("south", s_m)
+    shuttle = DrivenShuttle(the_ring(), start, Profile(), WorldOptions(traffic=None), aside_m=aside_m)
+    shuttle.say(
+        shuttle.order_for((shuttle.visit("rest", "north", 30.0, start, kind="rest", dwell_s=0.0),), start)
+    )
+    shuttle.run(1.0)
+    shuttle.resume()
+    across_m = 0.0
+    for _ in range(20 * 50):
+        shuttle.step()
+        assert shuttle.outputs is not None
+        across_m = max(across_m, -math.copysign(1.0, aside_m) * shuttle.outputs.flow.task.d_m)
+    assert shuttle.outputs.report.mode == "autonomous"
+    assert abs(shuttle.outputs.flow.task.d_m) < 0.15
+    assert across_m < 0.3
+
+
 @pytest.mark.parametrize("obstacles", ["line", "paper"])
 def test_either_obstacle_rule_reaches_the_stop_on_an_empty_road(obstacles: str) -> None:
     shuttle = a_shuttle(Profile(driving=Driving(obstacles=obstacles)))  # type: ignore[arg-type]

@@ -19,6 +19,8 @@ class WaypointFollower(msgspec.Struct, frozen=True):
     """omega = Kp theta, theta the heading error to the target waypoint.
 
     switch_m          the next waypoint is the target once the vehicle is this near to the current one
+    aside_share       a vehicle beside its way aims at least this many times as far ahead, so that it comes
+                      back at a slant: a waypoint 2 m off would lie across its way, or behind it
     heading_gain_1ps  Kp at `gain_speed_mps`. On a circle a waypoint L ahead is L / 2R off the heading, and
                       the vehicle must turn at v / R. Only Kp = 2 v / L holds the circle: about 2.4 at 3 m/s
                       and 2.5 m. The paper gives no Kp
@@ -27,6 +29,7 @@ class WaypointFollower(msgspec.Struct, frozen=True):
     """
 
     switch_m: float = 2.0
+    aside_share: float = 3.0
     heading_gain_1ps: float = 2.4
     gain_speed_mps: float = 3.0
     heading_integral_1ps2: float = 0.0
@@ -39,7 +42,9 @@ class WaypointFollower(msgspec.Struct, frozen=True):
         """(turn rate in rad/s, heading error in rad, state). points_map (n, 2): waypoints still ahead."""
         if len(points_map) == 0:
             return 0.0, 0.0, FollowerState()
-        target = target_waypoint(points_map, pose_map.x_m, pose_map.y_m, self.switch_m)
+        aside_m = distance_beside(points_map, pose_map.x_m, pose_map.y_m)
+        reach_m = max(self.switch_m, self.aside_share * aside_m)
+        target = target_waypoint(points_map, pose_map.x_m, pose_map.y_m, reach_m)
         x_m, y_m = points_map[target]
         bearing_rad = math.atan2(y_m - pose_map.y_m, x_m - pose_map.x_m)
         error_rad = float(wrap_angle(bearing_rad - pose_map.yaw_rad))
@@ -53,6 +58,19 @@ class WaypointFollower(msgspec.Struct, frozen=True):
             error_rad,
             FollowerState(integral),
         )
+
+
+@njit(cache=True)
+def distance_beside(points: Array, x_m: float, y_m: float) -> float:
+    """How far (x, y) is from the straight line through the first two waypoints (n, 2); 0 with only one."""
+    if points.shape[0] < 2:
+        return 0.0
+    dx_m, dy_m = points[1, 0] - points[0, 0], points[1, 1] - points[0, 1]
+    length_m = math.hypot(dx_m, dy_m)
+    if length_m < 1e-6:
+        return 0.0
+    across_m: float = (dx_m * (y_m - points[0, 1]) - dy_m * (x_m - points[0, 0])) / length_m
+    return math.fabs(across_m)
 
 
 @njit(cache=True)

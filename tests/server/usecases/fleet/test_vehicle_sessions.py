@@ -1,7 +1,10 @@
-"""What the server records of a vehicle that connects before there is a map."""
+"""What the server records of a vehicle that connects: without a map, and after a start of its agent."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+
+import pytest
 
 from contract.geometry import Pose2
 from contract.wire.messages import Status
@@ -10,7 +13,52 @@ from server.store.transactions import InlineTransactions
 from server.usecases.fleet import vehicle_sessions
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.record import identity
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.campus_under_test import CampusUnderTest
+from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.fresh_database import fresh_database
+from tests.server.usecases.shipped_maps import shipped_map
+
+
+@pytest.fixture
+def fleet() -> Iterator[FakeFleet]:
+    campus = CampusUnderTest(shipped_map("snow-lion"), engine=fresh_database())
+    yield FakeFleet(campus, shipped_map("snow-lion"), 1).start()
+    campus.close()
+
+
+def starts(fleet: FakeFleet, boot_id: str, run_boot_id: str = "") -> None:
+    """The process that talks to the server starts, and says hello."""
+    shuttle = fleet.shuttles[0]
+    shuttle.disconnect()
+    hello = HelloFacts(
+        shuttle.vehicle_id, boot_id, "test", "fake", shuttle.network.map_version, (), None, 6, 0, run_boot_id
+    )
+    fleet.campus.do(lambda uow: vehicle_sessions.open_session(uow, hello))
+
+
+def accepts_rides(fleet: FakeFleet) -> bool:
+    vehicle_id = fleet.shuttles[0].vehicle_id
+    return fleet.campus.read(lambda uow: enrolled_vehicle(uow, vehicle_id)).accepts_rides
+
+
+def test_a_shuttle_whose_link_alone_has_started_drives_on_and_takes_rides(fleet: FakeFleet) -> None:
+    """Its mode has not changed, so it says none."""
+    assert accepts_rides(fleet)
+    starts(fleet, "link-2", run_boot_id=fleet.shuttles[0].boot_id)
+    assert accepts_rides(fleet)
+
+
+def test_a_shuttle_whose_link_alone_has_started_stays_held(fleet: FakeFleet) -> None:
+    fleet.shuttles[0].hold()
+    starts(fleet, "link-2", run_boot_id=fleet.shuttles[0].boot_id)
+    assert not accepts_rides(fleet)
+
+
+@pytest.mark.parametrize("run_boot_id", ["", "tick-2"])
+def test_a_shuttle_that_has_started_is_held(fleet: FakeFleet, run_boot_id: str) -> None:
+    starts(fleet, "boot-2", run_boot_id)
+    assert not accepts_rides(fleet)
 
 
 def test_a_vehicle_reports_its_position_though_its_campus_has_no_map_yet(campus: CampusUnderTest) -> None:

@@ -9,6 +9,7 @@ from contract.geometry import Pose2
 from vehicle_agent.control.waypoint.follower import (
     FollowerState,
     WaypointFollower,
+    distance_beside,
     predicted_pose,
     target_waypoint,
 )
@@ -24,6 +25,28 @@ def test_the_target_is_the_first_waypoint_farther_than_two_metres() -> None:
 
 def test_the_last_waypoint_stays_the_target_when_all_are_near() -> None:
     assert target_waypoint(LINE[:2], 1.0, 0.0, 2.0) == 1
+
+
+@pytest.mark.parametrize("aside_m", [-2.2, -1.0, 1.0, 2.2])
+def test_a_vehicle_beside_its_way_aims_at_a_slant(aside_m: float) -> None:
+    beside = Pose2(0.5, aside_m, 0.0)
+    assert distance_beside(LINE, beside.x_m, beside.y_m) == pytest.approx(abs(aside_m))
+    _, error_rad, _ = WaypointFollower().step(FollowerState(), beside, 1.0, LINE)
+    assert math.copysign(1.0, error_rad) == -math.copysign(1.0, aside_m)
+    assert abs(error_rad) < math.radians(25.0)
+
+
+def test_on_its_way_a_vehicle_aims_two_metres_ahead_as_in_the_paper() -> None:
+    as_in_the_paper = WaypointFollower(aside_share=0.0)
+    near = Pose2(0.5, 0.6, 0.1)
+    assert WaypointFollower().step(FollowerState(), near, 3.0, LINE) == as_in_the_paper.step(
+        FollowerState(), near, 3.0, LINE
+    )
+
+
+def test_a_single_waypoint_has_no_side() -> None:
+    assert distance_beside(LINE[:1], 3.0, 4.0) == 0.0
+    assert distance_beside(np.vstack((LINE[:1], LINE[:1])), 3.0, 4.0) == 0.0
 
 
 def test_the_turn_rate_is_the_gain_times_the_heading_error() -> None:
