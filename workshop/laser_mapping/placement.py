@@ -17,6 +17,8 @@ from workshop.laser_mapping.pose_graph import Edge, GraphParams, NodePlace, Opti
 # Half the length of a piece; two places a few metres apart give its direction.
 _PIECE_M = 40.0
 _SPAN_M_MIN = 10.0
+# Dead reckoning by scans may come out short, in a street without corners; not by this factor.
+_STRETCH_MAX = 2.0
 
 
 class NotPlaced(ValueError):
@@ -26,7 +28,11 @@ class NotPlaced(ValueError):
 def node_places(
     keyframes: Keyframes, stamps_s: Array, fixes: Fixes, lever_laser: Array, params: FixParams
 ) -> tuple[NodePlace, ...]:
-    """The fixes as places of keyframes. stamps_s (n,) of the scans; lever_laser (2,): the fixes' point."""
+    """The fixes as places of keyframes. stamps_s (n,) of the scans; lever_laser (2,): the fixes' point.
+
+    Raises NotPlaced when the vehicle moved and its scans did not.
+    """
+    _require_motion(float(way_m(keyframes.poses)[-1]), stamps_s, fixes, params)
     stamps_ns = np.rint(1e9 * stamps_s[keyframes.scans]).astype(np.int64)
     lever = np.array([lever_laser[0], lever_laser[1], 0.0])
     found = places_of(fixes, stamps_ns, way_m(keyframes.poses), lever, params)
@@ -47,6 +53,21 @@ def way_m(poses: Array) -> Array:
     """(n,) length of the way up to each pose."""
     steps = np.diff(poses[:, :2], axis=0)
     return np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+
+
+def _require_motion(scanned_m: float, stamps_s: Array, fixes: Fixes, params: FixParams) -> None:
+    of_the_log = (fixes.stamps_ns >= 1e9 * stamps_s[0]) & (fixes.stamps_ns <= 1e9 * stamps_s[-1])
+    usable = fixes.places[of_the_log & (fixes.std_m[:, :2] <= params.std_m_max).all(axis=1), :2]
+    if not len(usable):
+        return
+    spans = np.ptp(usable, axis=0)
+    fixed_m = math.hypot(spans[0], spans[1])
+    if fixed_m > _STRETCH_MAX * scanned_m + _SPAN_M_MIN:
+        raise NotPlaced(
+            f"The fixes lie up to {fixed_m:.0f} m apart, but the scans moved by {scanned_m:.1f} m: "
+            "the scanner sees its own vehicle, or nothing that stands still. "
+            "Mount it where it looks past the vehicle."
+        )
 
 
 def _laid(poses: Array, places: tuple[NodePlace, ...]) -> Array:

@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -87,6 +88,20 @@ def test_a_drive_whose_fixes_cover_nothing_is_refused() -> None:
     fixes = fixes_of(true, rng, std_m=5.0)
     with pytest.raises(NotPlaced, match="do not cover"):
         map_site(log, fixes, SiteMappingParams(), NoProgress())
+
+
+def test_a_scanner_that_sees_its_own_vehicle_is_named() -> None:
+    """Every beam ends on the vehicle's roof: by the scans it never moved."""
+    rng = np.random.default_rng(1)
+    log, true = street_drive(rng)
+    roof_m = 1.5 + 0.01 * rng.standard_normal(log.ranges_m.shape)
+    with pytest.raises(NotPlaced, match="the scanner sees its own vehicle"):
+        map_site(
+            msgspec.structs.replace(log, ranges_m=roof_m),
+            fixes_of(true, rng),
+            SiteMappingParams(),
+            NoProgress(),
+        )
 
 
 def test_one_wrong_place_does_not_bend_a_chain() -> None:
