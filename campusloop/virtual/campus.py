@@ -132,6 +132,8 @@ class VirtualCampus:
         self.options = options
         self.conductor = Conductor(options.seed, START_NS)
         self.clock = VirtualClock(self.conductor, options.begins)
+        # A server that starts again gives no name twice, as a real one does not.
+        self._ids = SeededIds(options.seed)
         self.network = VirtualNetwork(self.conductor)
         self.roads = RoadNetwork(options.road_map)
         self._server = VirtualServer()
@@ -189,7 +191,7 @@ class VirtualCampus:
         rules = FleetRules(
             hours=ServiceHours(road_map.timezone, ()), speed_cap_mps=self.options.profile.limits.speed_mps_max
         )
-        ids, bus = SeededIds(self.options.seed), InProcessBus()
+        ids, bus = self._ids, InProcessBus()
         library = MapLibrary(rules)
         context = Context(road_map.campus_id, self.clock, ids, rules, QuickHasher(), library, TICKET_KEYS)
         transactions = InlineTransactions(engine, context, bus)

@@ -177,6 +177,20 @@ def _seats_emptied(
     return memory, seats, events
 
 
+def told_again(memory: MissionMemory, visit: Visit) -> tuple[VehicleEvent, ...]:
+    """What an order shows that the server does not know: it asks for what has happened already.
+
+    Its database is then older than this memory. The server takes each of these once, so a repeat is harmless.
+    """
+    aboard = {rider.ride_id for rider in memory.aboard}
+    boarded = tuple(RiderBoarded(rider.ride_id, "sensor") for rider in visit.board if rider.ride_id in aboard)
+    gone = tuple(RiderNoShow(rider.ride_id) for rider in visit.board if rider.ride_id in memory.settled)
+    alighted = tuple(
+        RiderAlighted(rider.ride_id, "sensor") for rider in visit.alight if rider.ride_id in memory.settled
+    )
+    return boarded + gone + alighted
+
+
 def close_visit(memory: MissionMemory, visit: Visit | None) -> BoardingResult:
     """Ends the dwell: each missing party is a no-show, and each party that stayed is reported once."""
     if visit is None:

@@ -63,6 +63,7 @@ def _check_arrival(state: MissionState, rules: MissionRules) -> MissionState:
     if state.memory.visit_state(visit.visit_id) == "pending":
         state = state.after(
             VisitChanged(visit.visit_id, visit.stop_id, "under_way"),
+            *boarding.told_again(state.memory, visit),
             memory=state.memory.with_visit(visit.visit_id, "under_way"),
         )
     if visit.kind == "rest" and not visit.board and not visit.alight:

@@ -30,6 +30,10 @@ class CachedEventRepository(SqlEventRepository):
         self._new.append(event)
         self._keep((event.vehicle_id, event.boot_id), event.sequence + 1)
 
+    def skip_to(self, vehicle_id: str, boot_id: str, next_sequence: int) -> None:
+        super().skip_to(vehicle_id, boot_id, next_sequence)
+        self._keep((vehicle_id, boot_id), next_sequence)
+
     def flush(self) -> None:
         new, self._new = self._new, []
         self._write(new)

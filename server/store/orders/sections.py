@@ -87,3 +87,6 @@ class SqlSectionRepository(Repository):
 
     def next_fence(self) -> int:
         return self._counters.next(_FENCE)
+
+    def skip_fences(self, count: int) -> None:
+        self._counters.next(_FENCE, count)

@@ -36,6 +36,12 @@ class SqlEventRepository(Repository):
     def add(self, event: RecordedEvent) -> None:
         self._write((event,))
 
+    def skip_to(self, vehicle_id: str, boot_id: str, next_sequence: int) -> None:
+        self._put(
+            tables.event_logs,
+            {"vehicle_id": vehicle_id, "boot_id": boot_id, "next_sequence": next_sequence},
+        )
+
     def _write(self, events: Sequence[RecordedEvent]) -> None:
         """Events of a boot are given in their order; none was stored before."""
         if not events:

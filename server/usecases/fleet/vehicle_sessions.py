@@ -14,18 +14,24 @@ from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
+from server.domain.rides.rides import RideState
 from server.usecases.fleet import announcements
 from server.usecases.fleet.conditions import with_availability, with_mode
 from server.usecases.fleet.localization_changes import with_localization_map
 from server.usecases.fleet.map_changes import with_reported_map
 from server.usecases.fleet.vehicles import stand_on
 from server.usecases.orders import orders, visits
+from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.record.enrolled_vehicles import active_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.record.runs import begin_run
 from server.usecases.record.server_events import record_event
+from server.usecases.roads.section_reservations import SectionReservations
+
+# More grants than a campus gives between two backups.
+FENCES_SKIPPED = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +73,15 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
         localization_map=hello.localization_map,
     )
     has_started = hello.boot_id != vehicle.boot_id and not _drives_on(uow, hello)
-    if has_started:
-        # After a start a vehicle stands and is held, whatever it was before.
+    forgotten = _skip_forgotten(uow, hello)
+    if forgotten:
+        # Where it is, and what it holds, is not known either: its next position places it.
+        uow.sections.skip_fences(FENCES_SKIPPED)
+        SectionReservations(uow).remove(hello.vehicle_id)
+        opened = replace(opened, placed=False)
+    if has_started or forgotten:
+        # After a start a vehicle stands and is held, whatever it was before. What it was in forgotten events
+        # is not known: it is in no use until an operator has seen to it.
         opened = with_mode(uow, replace(opened, hold_ends=None), "held")
     opened = with_availability(uow, with_localization_map(uow, with_reported_map(uow, opened)))
     uow.vehicles.save(opened)
@@ -78,11 +91,31 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     begin_run(uow, opened, hello.run_boot_id or hello.boot_id)
     clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
     _reconcile(uow, hello)
+    if forgotten:
+        # Its visit is over: whether the party is aboard, its next pickup tells.
+        boarding = uow.rides.of_vehicle(hello.vehicle_id, [RideState.BOARDING])
+        plans.requeue(uow, hello.vehicle_id, [ride.ride_id for ride in boarding])
     uow.publish(topics.vehicle_session(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
     uow.publish(topics.vehicle(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
     boots = dict.fromkeys((hello.boot_id, *(log.boot_id for log in hello.logs)))
     acknowledged = tuple((boot_id, uow.events.count(hello.vehicle_id, boot_id)) for boot_id in boots)
     return VehicleSession(hello.vehicle_id, opened.epoch, acknowledged)
+
+
+def _skip_forgotten(uow: UnitOfWork, hello: HelloFacts) -> bool:
+    """Go on behind events that this database does not have, and the vehicle neither. Are there any?
+
+    A vehicle forgets an event only once it is stored: this database is an older one, from a backup.
+    """
+    forgotten = False
+    for kept in hello.logs:
+        stored = uow.events.count(hello.vehicle_id, kept.boot_id)
+        if kept.first_unacknowledged > stored:
+            forgotten = True
+            uow.events.skip_to(hello.vehicle_id, kept.boot_id, kept.first_unacknowledged)
+            lost = f"events {stored} to {kept.first_unacknowledged - 1} of {kept.boot_id}"
+            record_event(uow, "vehicle.events_lost", hello.vehicle_id, hello.vehicle_id, lost)
+    return forgotten
 
 
 def _drives_on(uow: UnitOfWork, hello: HelloFacts) -> bool:

@@ -18,6 +18,10 @@ class EventStore(Protocol):
 
 
 class EventRepository(EventStore, Protocol):
+    def skip_to(self, vehicle_id: str, boot_id: str, next_sequence: int) -> None:
+        """Expect this event next: those before it are lost."""
+        ...
+
     def answer_to_command(self, vehicle_id: str, command_id: str, made_at: datetime) -> RecordedEvent | None:
         """The event with which the vehicle answered a command, if it did within ANSWERED_WITHIN."""
         ...

@@ -45,6 +45,36 @@ def to_the_next_stop(shuttle: RingShuttle) -> None:
     shuttle.run_until(lambda: shuttle.state.doors.phase == "open")
 
 
+def test_what_a_forgetful_server_asks_for_again_is_told_again() -> None:
+    """Its database was restored: it wants one party picked up that is aboard, and one that has left."""
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "1111"))
+    shuttle.run(1)
+    to_the_next_stop(shuttle)
+    shuttle.step(CodeTyped(1, "1111"))
+    shuttle.run(1)
+    shuttle.run_until(lambda: shuttle.state.stage == "driving")
+    known = len(shuttle.events)
+    visits = (a_visit("again", "north", 60.0, OFF, board=(BOB,), alight=(ANN,)), rest(("north", 60.0)))
+    shuttle.go(an_order(visits, order_id="o2"))
+    shuttle.run_until(lambda: shuttle.state.memory.under_way == "again")
+    told = shuttle.events[known:]
+    assert RiderAlighted("ann", "sensor") in told
+    assert RiderNoShow("bob") in told
+
+
+def test_a_party_that_is_aboard_is_told_again_where_it_should_board() -> None:
+    shuttle = at_the_stop()
+    shuttle.step(CodeTyped(1, "1111"))
+    shuttle.run(1)
+    shuttle.run_until(lambda: shuttle.state.stage == "driving")
+    known = len(shuttle.events)
+    visits = (a_visit("again", *OFF, ON, board=(ANN,)), rest(OFF))
+    shuttle.go(an_order(visits, order_id="o2"))
+    shuttle.run_until(lambda: shuttle.state.memory.under_way == "again")
+    assert RiderBoarded("ann", "sensor") in shuttle.events[known:]
+
+
 def test_doors_open_only_while_standing_at_the_stop() -> None:
     visits = (a_visit("on", *ON, board=(ANN,)), rest(ON))
     shuttle = RingShuttle()

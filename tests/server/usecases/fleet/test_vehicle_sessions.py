@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from contract.geometry import Pose2
-from contract.wire.messages import Status
+from contract.wire.messages import ModeChanged, Status
 from server.domain.fleet.vehicles import StatusReport
 from server.store.transactions import InlineTransactions
 from server.usecases.fleet import vehicle_sessions
@@ -53,6 +53,22 @@ def test_a_shuttle_whose_link_alone_has_started_stays_held(fleet: FakeFleet) -> 
     fleet.shuttles[0].hold()
     starts(fleet, "link-2", run_boot_id=fleet.shuttles[0].boot_id)
     assert not accepts_rides(fleet)
+
+
+def test_a_database_without_the_newest_events_goes_on_with_the_next_one(fleet: FakeFleet) -> None:
+    """It was restored from a backup; the vehicle has forgotten what had been stored."""
+    shuttle = fleet.shuttles[0]
+    fences = {one.fence for one in fleet.campus.read(lambda uow: uow.sections.held_by(shuttle.vehicle_id))}
+    shuttle.disconnect()
+    shuttle.told += [ModeChanged("held")] * 5
+    shuttle.sequence = len(shuttle.told)
+    shuttle.connect()
+    assert not accepts_rides(fleet)
+    shuttle.resume()
+    assert accepts_rides(fleet)
+    held = fleet.campus.read(lambda uow: uow.sections.held_by(shuttle.vehicle_id))
+    assert held
+    assert min(one.fence for one in held) > max(fences) + 1_000_000, "no fence is given twice"
 
 
 @pytest.mark.parametrize("run_boot_id", ["", "tick-2"])
