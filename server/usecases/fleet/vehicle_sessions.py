@@ -77,7 +77,8 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     if forgotten:
         # Where it is, and what it holds, is not known either: its next position places it.
         uow.sections.skip_fences(FENCES_SKIPPED)
-        SectionReservations(uow).remove(hello.vehicle_id)
+        if vehicle.placed:
+            SectionReservations(uow).remove(hello.vehicle_id)
         opened = replace(opened, placed=False)
     if has_started or forgotten:
         # After a start a vehicle stands and is held, whatever it was before. What it was in forgotten events
