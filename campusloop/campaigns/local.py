@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from campusloop.campaigns.campaign import Campaign, Handle, WorkerLost
@@ -13,6 +13,24 @@ from server.supervision.parent_end import end_with_parent
 LOST_MAX = 3
 
 
+class _Processes(SpawnContext):
+    """Spawns, and knows what it has spawned. A fork would copy the threads' locks of the parent."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._spawned: list[SpawnProcess] = []
+
+    def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
+        process = SpawnProcess(*args, **kwargs)
+        self._spawned.append(process)
+        return process
+
+    def kill_all(self) -> None:
+        for process in self._spawned:
+            if process.pid is not None:
+                process.kill()
+
+
 class LocalCampaign(Campaign):
     """A pool of processes; one that is killed is replaced, and the jobs without a result are repeated."""
 
@@ -20,6 +38,7 @@ class LocalCampaign(Campaign):
         """prepare: called once in each process, before its first job."""
         self.size = size
         self._prepare = prepare
+        self._processes = _Processes()
         self._pool = self._new_pool()
         self._blamed: object = None
         self._times_lost = 0
@@ -37,7 +56,7 @@ class LocalCampaign(Campaign):
             return self._pool.submit(function, job)
         except BrokenProcessPool:
             # It broke between two results; the jobs that it had are submitted again when they are asked for.
-            self._pool = self._new_pool()
+            self._replace_pool()
             return self._pool.submit(function, job)
 
     def _recover(self, job: object, error: BaseException) -> None:
@@ -49,13 +68,19 @@ class LocalCampaign(Campaign):
                 f"a worker process has ended {LOST_MAX} times during {job!r} or a job beside it; "
                 "see the system's log (out of memory?), or take fewer workers"
             ) from error
+        self._replace_pool()
+
+    def _replace_pool(self) -> None:
+        # A broken pool ends its processes, but not one that a submission has spawned meanwhile: it would wait
+        # for that one for ever.
+        self._processes.kill_all()
         self._pool.shutdown(cancel_futures=True)
+        self._processes = _Processes()
         self._pool = self._new_pool()
 
     def _new_pool(self) -> ProcessPoolExecutor:
-        # A fork would copy the threads' locks of the parent.
         return ProcessPoolExecutor(
-            self.size, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._prepare,)
+            self.size, mp_context=self._processes, initializer=_begin, initargs=(self._prepare,)
         )
 
 
