@@ -34,7 +34,10 @@ def state_of_the_ride(day: CampusDay) -> str:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("backed_up_when", "told"), [("aboard", "completed"), ("boarding", "no_show")])
+@pytest.mark.parametrize(
+    ("backed_up_when", "told"),
+    [("aboard", "completed"), ("assigned", "no_show")],
+)
 def test_shuttles_take_rides_again_and_open_ones_end(
     day: CampusDay, tmp_path: Path, backed_up_when: str, told: str
 ) -> None:

@@ -14,7 +14,6 @@ from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
 from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
-from server.domain.rides.rides import RideState
 from server.usecases.fleet import announcements
 from server.usecases.fleet.conditions import with_availability, with_mode
 from server.usecases.fleet.localization_changes import with_localization_map
@@ -93,9 +92,8 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
     _reconcile(uow, hello)
     if forgotten:
-        # Its visit is over: whether the party is aboard, its next pickup tells.
-        boarding = uow.rides.of_vehicle(hello.vehicle_id, [RideState.BOARDING])
-        plans.requeue(uow, hello.vehicle_id, [ride.ride_id for ride in boarding])
+        # The pickup may be over: whether the party has been aboard, the next one tells.
+        plans.release_waiting(uow, hello.vehicle_id)
     uow.publish(topics.vehicle_session(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
     uow.publish(topics.vehicle(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
     boots = dict.fromkeys((hello.boot_id, *(log.boot_id for log in hello.logs)))
