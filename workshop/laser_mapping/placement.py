@@ -60,7 +60,8 @@ def _require_motion(scanned_m: float, stamps_s: Array, fixes: Fixes, params: Fix
     usable = fixes.places[of_the_log & (fixes.std_m[:, :2] <= params.std_m_max).all(axis=1), :2]
     if not len(usable):
         return
-    spans = np.ptp(usable, axis=0)
+    # Without the outermost ones: a few wrong fixes are left to the graph.
+    spans = np.diff(np.percentile(usable, (5.0, 95.0), axis=0), axis=0)[0]
     fixed_m = math.hypot(spans[0], spans[1])
     if fixed_m > _STRETCH_MAX * scanned_m + _SPAN_M_MIN:
         raise NotPlaced(

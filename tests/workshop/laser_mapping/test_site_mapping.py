@@ -90,6 +90,14 @@ def test_a_drive_whose_fixes_cover_nothing_is_refused() -> None:
         map_site(log, fixes, SiteMappingParams(), NoProgress())
 
 
+def test_a_few_wrong_fixes_do_not_make_a_scanner_blind() -> None:
+    rng = np.random.default_rng(1)
+    log, true = street_drive(rng)
+    fixes = fixes_of(true, rng)
+    fixes.places[::40, 0] += 1_000.0
+    map_site(log, fixes, SiteMappingParams(), NoProgress())
+
+
 def test_a_scanner_that_sees_its_own_vehicle_is_named() -> None:
     """Every beam ends on the vehicle's roof: by the scans it never moved."""
     rng = np.random.default_rng(1)
