@@ -16,7 +16,7 @@ from server.supervision.standing_tasks import PeriodicTask
 from server.supervision.steps import run_steps, run_together
 from server.usecases.fleet import announcements, charging, closures, interventions
 from server.usecases.orders import sections
-from server.usecases.planning import plans, promises, relocation
+from server.usecases.planning import earlier_promises, plans, promises, relocation
 from server.usecases.planning.decisions import SearchSettings
 from server.usecases.planning.snapshot import take_snapshot
 from server.usecases.ports import topics
@@ -46,7 +46,11 @@ _EVERY_PERIOD: tuple[Callable[[UnitOfWork], object], ...] = (
     sections.extend_grants,
     promises.check_promises,
 )
-_SLOW: tuple[Callable[[UnitOfWork], object], ...] = (closures.keep_reachable, charging.manage_charging)
+_SLOW: tuple[Callable[[UnitOfWork], object], ...] = (
+    closures.keep_reachable,
+    charging.manage_charging,
+    earlier_promises.promise_earlier,
+)
 
 
 class StandsBy(LeaseLost):

@@ -62,7 +62,7 @@ def find_occupied_sections(
     odometer_m: float,
     body: VehicleExtent,
 ) -> tuple[OccupiedSection, ...]:
-    """The granted sections that the body is in, each with the odometer reading at its exit."""
+    """The granted sections that the body is in or has left, each with the odometer reading at its exit."""
     fences: dict[str, SectionGrant] = {}
     for grant in grants:
         fences.setdefault(grant.section_id, grant)
@@ -72,7 +72,24 @@ def find_occupied_sections(
             break
         if to_m > s_m - body.back_m and section_id in fences:
             found[section_id] = OccupiedSection(fences[section_id], odometer_m + to_m - s_m + body.back_m)
+    for grant in _granted_behind(spans, grants, s_m - body.back_m):
+        if grant.section_id not in found or found[grant.section_id].grant != grant:
+            found[grant.section_id] = OccupiedSection(grant, odometer_m)
     return tuple(found.values())
+
+
+def _granted_behind(
+    spans: tuple[Span, ...], grants: tuple[SectionGrant, ...], tail_m: float
+) -> tuple[SectionGrant, ...]:
+    """The grants of sections behind the tail: those before the one that it is in, in driving order.
+
+    A vehicle is placed with the ground under a body that is a little larger than its own, and with the end
+    of the lane before the one on which its line begins.
+    """
+    under_tail = next((section_id for section_id, _, to_m in spans if to_m > tail_m), "")
+    if tail_m < 0.0:
+        return ()
+    return grants[: next((n for n, grant in enumerate(grants) if grant.section_id == under_tail), 0)]
 
 
 def release_sections(

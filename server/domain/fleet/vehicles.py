@@ -12,6 +12,9 @@ from server.domain.fleet.shifts import Shifts
 
 CommandState = Literal["pending", "done", "failed"]
 
+# A vehicle that is slower stands: the speed of a standing one is measured with noise.
+STANDS_MPS = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:

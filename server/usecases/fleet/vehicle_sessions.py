@@ -11,7 +11,7 @@ from contract.roads.network import AT_SEA_M, RoadNetwork
 from contract.wire.localization_maps import LocalizesBy
 from contract.wire.messages import EventLogState, OrderProgress, Status
 from server.domain.errors import CampusUnknown, SectionsTaken, SessionFenced
-from server.domain.fleet.vehicles import StatusReport, Vehicle, VehicleSession
+from server.domain.fleet.vehicles import STANDS_MPS, StatusReport, Vehicle, VehicleSession
 from server.domain.orders.orders import OrderState
 from server.domain.record.incidents import IncidentKind
 from server.usecases.fleet import announcements
@@ -23,6 +23,7 @@ from server.usecases.orders import orders, visits
 from server.usecases.planning import plans
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.commands import send_command
 from server.usecases.record.enrolled_vehicles import active_vehicle
 from server.usecases.record.incidents import clear_incident, open_incident
 from server.usecases.record.runs import begin_run
@@ -81,7 +82,7 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
         opened = replace(opened, placed=False)
     if has_started or forgotten:
         # After a start a vehicle stands and is held, whatever it was before. What it was in forgotten events
-        # is not known: it is in no use until an operator has seen to it.
+        # is not known, and it may be driving: it is in no use until an operator has seen to it.
         opened = with_mode(uow, replace(opened, hold_ends=None), "held")
     opened = with_availability(uow, with_localization_map(uow, with_reported_map(uow, opened)))
     uow.vehicles.save(opened)
@@ -92,6 +93,8 @@ def open_session(uow: UnitOfWork, hello: HelloFacts) -> VehicleSession:
     clear_incident(uow, IncidentKind.VEHICLE_SILENT, hello.vehicle_id)
     _reconcile(uow, hello)
     if forgotten:
+        # It drives on ground that this database may give to others: it stands, and is placed there.
+        send_command(uow, hello.vehicle_id, "hold", "server", "the server was restored from a backup")
         # The pickup may be over: whether the party has been aboard, the next one tells.
         plans.release_waiting(uow, hello.vehicle_id)
     uow.publish(topics.vehicle_session(uow.campus_id, hello.vehicle_id), epoch=opened.epoch)
@@ -167,7 +170,7 @@ def key_conflict(uow: UnitOfWork, vehicle_id: str, boot_id: str) -> str:
 
 
 def record_status(uow: UnitOfWork, reports: Sequence[StatusReport]) -> None:
-    """Store a batch of positions. A vehicle's first position on a lane places it on the road.
+    """Store a batch of positions. The first one of a standing vehicle on a lane places it on the road.
 
     The driving view goes to the screens and is not stored: the run log has it.
     """
@@ -245,8 +248,10 @@ def _check_position(uow: UnitOfWork, vehicle: Vehicle, status: Status) -> None:
         )
         return
     clear_incident(uow, IncidentKind.IMPOSSIBLE_POSITION, vehicle_id)
-    # One that drives by another map would refuse every order: it gets none until it has this map.
-    if not vehicle.placed and vehicle.map_version in ("", network.map_version):
+    # One that drives by another map would refuse every order: it gets none until it has this map. One that
+    # drives has left the sections under it before it knows that it holds them.
+    stands = abs(status.speed_mps) <= STANDS_MPS
+    if not vehicle.placed and stands and vehicle.map_version in ("", network.map_version):
         _place_by(uow, vehicle, network, status)
 
 

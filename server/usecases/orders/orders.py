@@ -5,7 +5,7 @@ from datetime import timedelta
 
 from contract.wire.messages import OrderRejected
 from server.domain.errors import OrderUnknown
-from server.domain.fleet.vehicles import Vehicle
+from server.domain.fleet.vehicles import STANDS_MPS, Vehicle
 from server.domain.instants import ns_of
 from server.domain.orders.orders import IssuedOrder, OrderState
 from server.domain.planning.plans import Plan
@@ -27,8 +27,6 @@ from server.usecases.roads.routing import (
 from server.usecases.roads.section_reservations import SectionReservations
 
 REJECTIONS_MAX = 3
-# Slower than the noise of a speed that is measured.
-_STANDS_MPS = 0.1
 
 
 def reissue(
@@ -152,7 +150,7 @@ def _waits_off_its_route(
         return False
     where = uow.vehicles.whereabouts(vehicle_id)
     status = None if where is None else where.status
-    if status is None or not status.waiting_for or status.speed_mps > _STANDS_MPS:
+    if status is None or not status.waiting_for or status.speed_mps > STANDS_MPS:
         return False
     if (status.order_id, status.revision) != (present.order_id, present.revision):
         return False

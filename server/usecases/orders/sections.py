@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from contract.geometry import Pose2
 from contract.wire.messages import SectionGrant
@@ -14,6 +15,8 @@ from server.usecases.orders import orders
 from server.usecases.orders.order_payload import grants_on_the_wire
 from server.usecases.ports import topics
 from server.usecases.ports.unit_of_work import UnitOfWork
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
+from server.usecases.record.server_events import record_event
 from server.usecases.roads.road_positions import road_position, sections_to_request
 from server.usecases.roads.section_reservations import SectionReservations
 
@@ -54,9 +57,18 @@ def grants_of(uow: UnitOfWork, vehicle_id: str) -> tuple[SectionGrant, ...]:
 
 
 def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> None:
-    """The vehicle has left a section: the routes and grants of others are tried again."""
-    if HeldSection(section_id, fence) not in uow.sections.held_by(vehicle_id):
+    """The vehicle has left a section: the routes and grants of others are tried again.
+
+    One that has left its only section is somewhere else. It keeps that section until a position of it,
+    standing, places it anew.
+    """
+    held = uow.sections.held_by(vehicle_id)
+    if HeldSection(section_id, fence) not in held:
         return  # without rebuilding the reservations of the whole fleet
+    if len(held) == 1:
+        uow.vehicles.save(replace(enrolled_vehicle(uow, vehicle_id), placed=False))
+        record_event(uow, "vehicle.left_its_sections", vehicle_id, vehicle_id, section_id)
+        return
     if SectionReservations(uow).release(vehicle_id, section_id, fence):
         extend_grants(uow)
 

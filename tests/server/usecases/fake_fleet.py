@@ -11,7 +11,7 @@ from server.domain.planning.plans import Plan
 from server.domain.rides.rides import BookRide, Ride
 from server.usecases.fleet import charging, closures, vehicle_sessions
 from server.usecases.orders import sections
-from server.usecases.planning import plans, promises
+from server.usecases.planning import earlier_promises, plans, promises
 from server.usecases.ports.unit_of_work import UnitOfWork
 from server.usecases.rides import lost_vehicles, rides
 from tests.server.usecases.campus_under_test import CampusUnderTest
@@ -60,6 +60,7 @@ class FakeFleet:
         if self.beats % 4 == 0:
             closures.keep_reachable(uow)
             charging.manage_charging(uow)
+            earlier_promises.promise_earlier(uow)
         self.require_apart(uow.sections.all())
 
     def run_until_idle(self, limit_s: float) -> None:

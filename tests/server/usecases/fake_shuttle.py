@@ -171,7 +171,7 @@ class FakeShuttle:
             epoch=self.epoch,
             stamp_ns=ns_of(self.campus.clock.now()),
             pose_map=self.astray or Pose2(x_m, y_m, yaw_rad),
-            speed_mps=0.0 if self.mode == "held" or self.waited_for else self.speed_mps,
+            speed_mps=self.speed_mps if self._drives() else 0.0,
             accel_mps2=0.0,
             steer_rad=0.0,
             mode=self.mode,  # type: ignore[arg-type]
@@ -185,6 +185,11 @@ class FakeShuttle:
             aboard=tuple(self.aboard),
             waiting_for=self.waited_for,
         )
+
+    def _drives(self) -> bool:
+        visit = self.next_visit()
+        goes_on = visit is not None and self.states[visit.visit_id] == "pending"
+        return goes_on and self.mode == "autonomous" and not self.waited_for
 
     def fetch(self) -> None:
         """Take what the outbox holds."""

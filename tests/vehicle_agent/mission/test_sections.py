@@ -4,7 +4,12 @@ import pytest
 
 from contract.wire.messages import Command, Grants, OrderAccepted, SectionGrant, SectionReleased
 from tests.vehicle_agent.mission.ring import NETWORK, RingShuttle, a_visit, all_sections, an_order, rest
-from vehicle_agent.mission.sections import VehicleExtent, movement_authority
+from vehicle_agent.mission.sections import (
+    OccupiedSection,
+    VehicleExtent,
+    find_occupied_sections,
+    movement_authority,
+)
 
 STOP = ("north", 30.0)
 VISITS = (a_visit("a", *STOP), rest(STOP))
@@ -31,6 +36,32 @@ def test_the_bumper_stays_half_a_metre_before_the_first_section_without_a_grant(
 ) -> None:
     authority = movement_authority(SPANS, grants(*granted), 5.0, BODY, 0.5)
     assert (authority.hold_s_m, authority.waiting_for) == (hold_s_m, waiting)
+
+
+@pytest.mark.parametrize(
+    ("granted", "s_m", "occupied"),
+    [
+        ("ab", 20.86, {"a": 100.0, "b": 120.0 - 0.01}),  # placed with the ground under a larger body
+        ("zab", 0.9, {"z": 100.0, "a": 119.95}),  # and with the end of the lane before
+        ("zab", 0.5, {"a": 120.35}),  # which the tail is still in
+        ("abz", 20.86, {"a": 100.0, "b": 119.99}),  # an order that is on its way goes on there
+        ("yz", 20.86, {}),  # or leads elsewhere
+        ("abca", 20.86, {"a": 100.0, "b": 119.99}),  # round a loop
+    ],
+)
+def test_a_section_that_was_granted_behind_the_tail_is_left_at_once(
+    granted: str, s_m: float, occupied: dict[str, float]
+) -> None:
+    found = find_occupied_sections((), SPANS, grants(*granted), s_m, 100.0, BODY)
+    assert {one.grant.section_id: pytest.approx(one.exit_m) for one in found} == occupied
+
+
+def test_a_newer_grant_of_a_section_that_is_being_left_is_given_back_instead_of_the_old_one() -> None:
+    """Its server knows the newer one alone: restored from a backup, it granted the ground once more."""
+    old = OccupiedSection(SectionGrant("a", 1), 100.0)
+    newer = (SectionGrant("a", 7), SectionGrant("b", 8))
+    found = find_occupied_sections((old,), SPANS[:3], newer, 21.0, 100.0, BODY)
+    assert [one.grant for one in found] == list(newer)
 
 
 def test_a_section_that_only_the_rear_is_in_needs_no_grant() -> None:

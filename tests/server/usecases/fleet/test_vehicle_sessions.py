@@ -7,13 +7,16 @@ from functools import partial
 import pytest
 
 from contract.geometry import Pose2
-from contract.wire.messages import EventLogState, ModeChanged, Status
-from server.domain.fleet.vehicles import StatusReport
+from contract.wire.messages import Command, EventLogState, ModeChanged, SectionReleased, Status
+from server.domain.fleet.vehicles import StatusReport, Vehicle
+from server.domain.orders.sections import HeldSection
 from server.store.transactions import InlineTransactions
 from server.usecases.fleet import vehicle_sessions
 from server.usecases.fleet.vehicle_sessions import HelloFacts
+from server.usecases.orders import outbox
 from server.usecases.record import identity
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
+from server.usecases.roads.road_positions import under_body
 from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
 from tests.server.usecases.fresh_database import fresh_database
@@ -42,6 +45,18 @@ def accepts_rides(fleet: FakeFleet) -> bool:
     return fleet.campus.read(lambda uow: enrolled_vehicle(uow, vehicle_id)).accepts_rides
 
 
+def vehicle_of(fleet: FakeFleet) -> Vehicle:
+    return fleet.campus.read(lambda uow: enrolled_vehicle(uow, fleet.shuttles[0].vehicle_id))
+
+
+def held_by(fleet: FakeFleet) -> tuple[HeldSection, ...]:
+    return fleet.campus.read(lambda uow: uow.sections.held_by(fleet.shuttles[0].vehicle_id))
+
+
+def waiting_commands(fleet: FakeFleet) -> tuple[Command, ...]:
+    return fleet.campus.do(lambda uow: outbox.outbox_of(uow, fleet.shuttles[0].vehicle_id)).commands
+
+
 def test_a_shuttle_whose_link_alone_has_started_drives_on_and_takes_rides(fleet: FakeFleet) -> None:
     """Its mode has not changed, so it says none."""
     assert accepts_rides(fleet)
@@ -66,9 +81,52 @@ def test_a_database_without_the_newest_events_goes_on_with_the_next_one(fleet: F
     assert not accepts_rides(fleet)
     shuttle.resume()
     assert accepts_rides(fleet)
+    (command,) = waiting_commands(fleet)
+    assert command.kind == "hold", "it may drive on what others are granted now"
     held = fleet.campus.read(lambda uow: uow.sections.held_by(shuttle.vehicle_id))
     assert held
     assert min(one.fence for one in held) > max(fences) + 1_000_000, "no fence is given twice"
+
+
+def test_a_driving_shuttle_that_is_not_known_is_placed_when_it_stands(fleet: FakeFleet) -> None:
+    """It has left the sections under it before it knows that it holds them."""
+    shuttle = fleet.shuttles[0]
+    ride = fleet.book("NN20", "C6")
+    fleet.run_until(lambda: shuttle.driven_m > 30.0)
+    shuttle.disconnect()
+    shuttle.told += [ModeChanged("autonomous")] * 5
+    shuttle.sequence = len(shuttle.told)
+    shuttle.connect()
+    for _ in range(2):
+        fleet.step()
+    assert not vehicle_of(fleet).placed
+    shuttle.hold()
+    fleet.step()
+    assert vehicle_of(fleet).placed
+    held = [one.section_id for one in held_by(fleet)]
+    assert held == list(under_body(fleet.network, shuttle.place.lane_id, shuttle.place.s_m))
+    shuttle.resume()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended, 3600.0)
+    fleet.run_until_idle(3600.0)
+
+
+def test_a_shuttle_that_has_left_its_only_section_is_placed_again_where_it_stands(fleet: FakeFleet) -> None:
+    """A driver has driven it by hand, or it has slid: it holds that section until its place is known."""
+    shuttle = fleet.shuttles[0]
+    ride = fleet.book("NN20", "C6")
+    fleet.run_until(lambda: shuttle.driven_m > 30.0)
+    shuttle.hold()
+    *behind, last = held_by(fleet)
+    for one in behind:
+        shuttle.say(SectionReleased(one.section_id, one.fence))
+    shuttle.say(SectionReleased(last.section_id, last.fence))
+    assert (vehicle_of(fleet).placed, held_by(fleet)) == (False, (last,))
+    fleet.step()
+    assert vehicle_of(fleet).placed
+    assert min(one.fence for one in held_by(fleet)) > last.fence
+    shuttle.resume()
+    fleet.run_until(lambda: fleet.ride(ride.ride_id).has_ended, 3600.0)
+    fleet.run_until_idle(3600.0)
 
 
 @pytest.mark.parametrize("run_boot_id", ["", "tick-2"])

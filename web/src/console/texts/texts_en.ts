@@ -536,6 +536,7 @@ export const en = {
     "ride.let_out": "Wants to get off",
     "ride.no_show": "Did not come",
     "ride.promise_broken": "Promise broken",
+    "ride.promised_earlier": "Promised earlier",
     "ride.stranded": "Shuttle cannot go on",
   } as Readonly<Record<string, string>>,
   actors: {

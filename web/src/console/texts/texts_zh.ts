@@ -483,6 +483,7 @@ export const zh: ConsoleTexts = {
     "ride.let_out": "要求下车",
     "ride.no_show": "未到场",
     "ride.promise_broken": "未守承诺",
+    "ride.promised_earlier": "承诺提前",
     "ride.stranded": "车辆无法继续",
   },
   actors: { passenger: "乘客", operator: "调度员", developer: "程序", server: "服务器" },
