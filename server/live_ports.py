@@ -22,7 +22,7 @@ from server.domain.rules import FleetRules
 from server.domain.service.timetable import Opening, ServiceHours
 from server.key_file import BadKeyFile
 from server.loops.forks import ProcessForks
-from server.loops.old_videos import VideoRetentionLoop
+from server.loops.old_files import OldFilesLoop
 from server.loops.scan_maps import ProcessMapBuilder, ScanMapLoop
 from server.loops.solver import ProcessSolver
 from server.push_encryption import PushIdentity
@@ -41,7 +41,7 @@ from server.supervision.retries import RetryPolicy
 from server.supervision.standing_tasks import StandingTask
 from server.supervision.supervisor import tell_event_loop
 from server.ticket_key_file import ticket_keys_of
-from server.usecases.fleet import campus
+from server.usecases.fleet import campus, old_scans, videos
 from server.usecases.ports.bus import Bus
 from server.usecases.ports.clock_and_ids import Clock
 from server.usecases.ports.unit_of_work import Transactions, UnitOfWork
@@ -120,7 +120,7 @@ async def live_ports(
         has_our_tables=lambda: is_current(engine),
         close=close,
     )
-    beside = (_scan_maps(settings, ports), _old_videos(settings, ports)) if settings.with_loops else ()
+    beside = (_scan_maps(settings, ports), *_old_files(settings, ports)) if settings.with_loops else ()
     loops = (*standing_tasks(ports), *beside) if settings.with_loops else ()
     return LivePorts(replace(ports, loops=loops), made_password)
 
@@ -137,13 +137,21 @@ def _scan_maps(settings: Settings, ports: Ports) -> StandingTask:
     ).task
 
 
-def _old_videos(settings: Settings, ports: Ports) -> StandingTask:
-    """The loop that deletes old video. Raises CannotStart."""
+def _old_files(settings: Settings, ports: Ports) -> tuple[StandingTask, ...]:
+    """The loops that delete old video and old scans. Raises CannotStart."""
     try:
-        videos = open_video_store(settings.segments_url, settings.var_dir)
+        video_store = open_video_store(settings.segments_url, settings.var_dir)
+        scan_store = open_scan_store(settings.segments_url, settings.var_dir)
     except SegmentStoreError as error:
         raise CannotStart(f"CAMPUSLOOP_SEGMENTS_URL: {error}") from error
-    return VideoRetentionLoop(ports.transactions, ports.offload, videos).task
+    kept = (
+        ("videos", video_store, videos.outdated, videos.forget),
+        ("scans", scan_store, old_scans.outdated, old_scans.forget),
+    )
+    return tuple(
+        OldFilesLoop(what, ports.transactions, ports.offload, store, outdated, forget).task
+        for what, store, outdated, forget in kept
+    )
 
 
 def _road_map(settings: Settings) -> RoadMap:
@@ -236,6 +244,7 @@ def fleet_rules(settings: Settings, road_map: RoadMap) -> FleetRules:
         rider_days=settings.rider_days,
         audit_address_days=settings.audit_address_days,
         video_days=settings.video_days,
+        scan_days=settings.scan_days,
         webhook_failure_days=settings.webhook_failure_days,
     )
 

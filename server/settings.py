@@ -67,6 +67,9 @@ class Settings(BaseModel):
     video_days: float = Field(
         14.0, gt=0, le=3650, description="How long video that vehicles have sent is kept."
     )
+    scan_days: float = Field(
+        90.0, gt=0, le=3650, description="How long after their request scans are kept, and decided proposals."
+    )
     audit_address_days: float = Field(
         90.0, gt=0, le=3650, description="How long the audit log keeps addresses; the entries stay."
     )

@@ -110,6 +110,7 @@ class FleetRules:
     enrolment_code_s: float = 24 * 3600.0
     history_days: float = 30.0
     video_days: float = 14.0
+    scan_days: float = 90.0
     webhook_failure_days: float = 5.0
     rider_days: float = 30.0
     audit_address_days: float = 90.0

@@ -230,7 +230,9 @@ async def _result(services: Services, proposal_id: str) -> FilePath:
 
 async def _fetched(services: Services, proposal: MapProposal) -> FilePath:
     if not proposal.result_sha256:
-        raise ProposalNotReady(f"there is no map: it is {proposal.state}")
+        was_made = bool(proposal.comparison)
+        why = "its files were deleted with time; its figures are kept" if was_made else "there is no map"
+        raise ProposalNotReady(f"{why}: it is {proposal.state}")
     try:
         path = await services.offload.run(lambda: services.scans.fetch(proposal.result_sha256))
     except (SegmentStoreError, OSError) as error:

@@ -2,6 +2,8 @@
 
 from datetime import datetime
 
+from sqlalchemy import func, select
+
 from server.domain.fleet.scans import Corner, MapProposal, ScanContribution, ScanParcel, ScanRequest
 from server.store import tables
 from server.store.columns import from_json, to_json
@@ -97,6 +99,22 @@ class SqlScanRepository(Repository):
             },
         )
 
+    def remove_parcel(self, sha256: str) -> None:
+        self._delete(tables.scan_parcels, _parcel.sha256 == sha256)
+
+    def parcels_ended_before(
+        self, moment: datetime, but_of: frozenset[str], limit: int
+    ) -> tuple[ScanParcel, ...]:
+        # A request that nobody ended is over at its time; one that was ended, then.
+        over = select(_request.request_id).where(
+            _request.campus_id == self._campus_id,
+            _request.request_id.not_in(but_of),
+            func.coalesce(_request.ended_at, _request.until) < moment,
+        )
+        chosen = self._select(tables.scan_parcels, _parcel.request_id.in_(over))
+        ordered = chosen.order_by(_parcel.received_at, _parcel.sha256).limit(limit)
+        return tuple(_parcel_from_row(row) for row in self._many(ordered))
+
     def proposal(self, proposal_id: str) -> MapProposal | None:
         row = self._find(tables.map_proposals, proposal_id=proposal_id)
         return None if row is None else _proposal_from_row(row)
@@ -113,6 +131,17 @@ class SqlScanRepository(Repository):
             statement = statement.where(rows_after(order, after))
         ordered = statement.order_by(_proposal.started_at.desc(), _proposal.proposal_id.desc())
         return tuple(_proposal_from_row(row) for row in self._many(ordered.limit(limit)))
+
+    def results_decided_before(self, moment: datetime, limit: int) -> tuple[MapProposal, ...]:
+        chosen = self._select(
+            tables.map_proposals, _proposal.decided_at < moment, _proposal.result_sha256 != ""
+        )
+        ordered = chosen.order_by(_proposal.decided_at, _proposal.proposal_id).limit(limit)
+        return tuple(_proposal_from_row(row) for row in self._many(ordered))
+
+    def proposals_of_result(self, sha256: str) -> tuple[MapProposal, ...]:
+        chosen = self._select(tables.map_proposals, _proposal.result_sha256 == sha256)
+        return tuple(_proposal_from_row(row) for row in self._many(chosen))
 
     def save_proposal(self, proposal: MapProposal) -> None:
         self._put(

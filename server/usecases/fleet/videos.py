@@ -52,9 +52,10 @@ def segment_of(uow: UnitOfWork, sha256: str) -> VideoSegment:
     return segment
 
 
-def outdated(uow: UnitOfWork) -> tuple[VideoSegment, ...]:
-    """Those that came longer ago than `video_days`: some at a time."""
-    return uow.videos.received_before(uow.now - timedelta(days=uow.rules.video_days), FORGOTTEN_AT_A_TIME)
+def outdated(uow: UnitOfWork) -> tuple[str, ...]:
+    """Hashes of those that came longer ago than `video_days`: some at a time."""
+    before = uow.now - timedelta(days=uow.rules.video_days)
+    return tuple(one.sha256 for one in uow.videos.received_before(before, FORGOTTEN_AT_A_TIME))
 
 
 def forget(uow: UnitOfWork, sha256: str) -> None:

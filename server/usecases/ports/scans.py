@@ -36,6 +36,16 @@ class ScanRepository(Protocol):
 
     def add_parcel(self, parcel: ScanParcel) -> None: ...
 
+    def remove_parcel(self, sha256: str) -> None:
+        """A hash that is not known changes nothing."""
+        ...
+
+    def parcels_ended_before(
+        self, moment: datetime, but_of: frozenset[str], limit: int
+    ) -> tuple[ScanParcel, ...]:
+        """Of requests that were over by then, in order of arrival. but_of: ids of requests to leave out."""
+        ...
+
     def proposal(self, proposal_id: str) -> MapProposal | None: ...
 
     def proposals_under_way(self) -> tuple[MapProposal, ...]:
@@ -45,6 +55,12 @@ class ScanRepository(Protocol):
     def newest_proposals(self, limit: int, after: ScanPosition | None = None) -> tuple[MapProposal, ...]: ...
 
     def save_proposal(self, proposal: MapProposal) -> None: ...
+
+    def results_decided_before(self, moment: datetime, limit: int) -> tuple[MapProposal, ...]:
+        """With files, published or dismissed before then; the oldest decision first."""
+        ...
+
+    def proposals_of_result(self, sha256: str) -> tuple[MapProposal, ...]: ...
 
 
 class MapBuildRefused(Exception):

@@ -15,7 +15,8 @@ from server.api.runs.offload import InlineOffload
 from server.domain.instants import moment_of_ns
 from server.domain.record.identity import Role
 from server.domain.rules import FleetRules
-from server.loops.old_videos import VideoRetentionLoop
+from server.loops.old_files import OldFilesLoop
+from server.usecases.fleet import videos
 from tests.server.api.security.test_roles import headers_of
 from tests.server.api.server_under_test import ServerUnderTest
 from tests.server.fleet.vehicle_key import VehicleKeyPair
@@ -136,7 +137,9 @@ def test_old_video_is_deleted_with_its_bytes(tmp_path: Path) -> None:
     headers = server.sign_in()
     put(server)
     store, sha256 = server.services.videos, hashlib.sha256(VIDEO).hexdigest()
-    loop = VideoRetentionLoop(server.services.transactions, InlineOffload(), store)
+    loop = OldFilesLoop(
+        "videos", server.services.transactions, InlineOffload(), store, videos.outdated, videos.forget
+    )
     server.run(loop.run_once())
     assert store.has(sha256)
     server.elapse(10.0)
