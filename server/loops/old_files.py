@@ -43,5 +43,8 @@ class OldFilesLoop:
                 except (SegmentStoreError, OSError) as error:
                     log.warning("file.not_deleted", what=self._what, sha256=sha256, error=str(error))
                     return
-                await self._transactions.run(partial(self._forget, sha256=sha256))
+                await self._forgotten(sha256)
             log.info("files.deleted", what=self._what, files=len(old))
+
+    async def _forgotten(self, sha256: str) -> None:
+        await self._transactions.run(lambda uow: self._forget(uow, sha256))
