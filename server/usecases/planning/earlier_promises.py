@@ -7,6 +7,7 @@ shuttle drives again, it would wait for the time that the party was told, with t
 from dataclasses import replace
 from datetime import datetime, timedelta
 
+from server.domain.errors import NoRestingPlaceFree
 from server.domain.planning.plans import Plan, PlannedVisit
 from server.domain.rides.rides import Promise, Ride, RideState
 from server.usecases.planning import plans
@@ -28,10 +29,15 @@ def promise_earlier(uow: UnitOfWork) -> tuple[Ride, ...]:
             continue
         earlier = replace(ride, promise=promise)
         uow.rides.save(earlier)
+        try:
+            plans.choose_resting_place(uow, ride.vehicle_id)
+        except NoRestingPlaceFree:
+            # The plan stays, with its times: nothing is told before it can be changed.
+            uow.rides.save(ride)
+            continue
         said = f"{ride.promise.pickup_from:%H:%M:%S} UTC before, {promise.pickup_from:%H:%M:%S} UTC now"
         record_event(uow, "ride.promised_earlier", ride.ride_id, "", said)
         uow.publish(topics.ride(uow.campus_id, ride.ride_id), promise="earlier")
-        plans.try_planning(uow, ride.vehicle_id, plans.choose_resting_place)
         told.append(earlier)
     return tuple(told)
 

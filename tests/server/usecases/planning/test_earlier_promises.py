@@ -94,3 +94,11 @@ def test_nothing_is_told_where_there_is_nothing_to_say(driven_fleet: FakeFleet, 
     if why == "unreachable":
         shuttle.disconnect()
     assert promised(driven_fleet, late).promise == late.promise
+
+
+def test_nothing_is_told_while_the_plan_cannot_be_changed(driven_fleet: FakeFleet) -> None:
+    """The shuttle would still wait for the time that was told before."""
+    late = told_later(driven_fleet, 20 * MINUTE)
+    assert late.vehicle_id is not None
+    driven_fleet.leave_homeless(late.vehicle_id)
+    assert promised(driven_fleet, late).promise == late.promise
