@@ -231,8 +231,8 @@ def test_a_matrix_that_is_away_does_not_hold_the_other_one_up() -> None:
     )
     process, tick = HmiDeviceProcess(settings), DatagramPort()
     text = TextPanel(PANEL, (texts.every_text("en"),))
-    for k, said in enumerate(("STOP", "GO", "STOP")):
-        tick.send(process.port, DeviceOutputs(says("GO", rear=said)))
+    for k, said in enumerate(("GO", "OK", "GO")):
+        tick.send(process.port, DeviceOutputs(says("OK", rear=said)))
         time.sleep(0.05)
         process.run_step(float(k))
         assert (rear.frame() == text.frame((said,), 0.0)).all()
