@@ -48,12 +48,18 @@ def store_manifest(
     Raises LocalizationMapElsewhere, TooManyLocalizationMaps, CampusUnknown.
     """
     stored = uow.localization_maps.get(manifest.map_version)
-    if stored is not None:
+    # A point map's version is a hash of its tiles alone: the same tiles may be said to lie elsewhere.
+    if stored is not None and is_same_frame(manifest.origin, stored.origin):
         return stored
     road_map = uow.network().road_map
     if not is_same_frame(manifest.origin, road_map.origin):
         raise LocalizationMapElsewhere(
             _elsewhere(uow, manifest.origin.latitude_deg, manifest.origin.longitude_deg)
+        )
+    if stored is not None:
+        raise LocalizationMapElsewhere(
+            f"these tiles are stored with their origin at {stored.origin.latitude_deg:.7f}, "
+            f"{stored.origin.longitude_deg:.7f}; remove that version first, if it is wrong"
         )
     if len(uow.localization_maps.all()) >= LOCALIZATION_MAPS_MAX:
         raise TooManyLocalizationMaps(
