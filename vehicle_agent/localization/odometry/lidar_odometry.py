@@ -36,6 +36,8 @@ class OdometryParams(msgspec.Struct, frozen=True):
     steps_max        of the alignment, and of the second one after the second deskew
     step_min         at which the alignment ends, m and rad
     new_m, new_rad   a scan is added to the map once the sensor has moved or turned so far
+    still_m, still_rad, still_scans  a sensor that has stayed within these for so many scans stands, until it
+                     is found farther away
     period_ns        between scans whose stamps do not tell
     """
 
@@ -52,6 +54,9 @@ class OdometryParams(msgspec.Struct, frozen=True):
     step_min: float = 5e-4
     new_m: float = 0.05
     new_rad: float = 0.005
+    still_m: float = 0.02
+    still_rad: float = 0.003
+    still_scans: int = 3
     period_ns: int = 100_000_000
 
 
@@ -64,6 +69,8 @@ class OdometryState:
     deviations   sum of squared deviations of predictions, and how many
     removed_m    (3,) where far voxels were last removed
     added        (4, 4) pose of the last scan that was added to the map
+    rest         (4, 4) the pose about which it has stayed for the last scans, and for how many; at first it
+                 may have stood for long
     """
 
     voxels: VoxelMap
@@ -74,6 +81,8 @@ class OdometryState:
     deviations: int = 0
     removed_m: Array = field(default_factory=lambda: np.zeros(3))
     added: Array = field(default_factory=lambda: np.eye(4))
+    rest: Array = field(default_factory=lambda: np.eye(4))
+    rest_scans: int = 1_000_000
 
 
 class OdometryStep(msgspec.Struct, frozen=True):
@@ -129,6 +138,7 @@ class LidarOdometry:
             steps += more
         deviation = inverted(prediction) @ pose
         self._learn(deviation, float(np.mean(np.linalg.norm(points[source], axis=1))))
+        pose = self._rested(pose)
         twist = logarithm(inverted(state.pose) @ pose) / period_s
         if self._has_moved(pose):
             straight = deskewed(points, times_s, twist) if times_s.any() else points
@@ -146,13 +156,29 @@ class LidarOdometry:
             straight, self.state.voxels, guess, 3.0 * sigma_m, sigma_m, params.steps_max, params.step_min
         )
 
+    def _rested(self, pose: Array) -> Array:
+        """The pose, or while the sensor stands the one at which it came to a stand.
+
+        The alignment of a sensor that stands is off by some millimetres, and differently so in each scan.
+        """
+        params, state = self.params, self.state
+        if _is_apart(state.rest, pose, params.still_m, params.still_rad):
+            state.rest, state.rest_scans = pose.copy(), 0
+            return pose
+        state.rest_scans += 1
+        if state.rest_scans < params.still_scans:
+            return pose
+        if state.rest_scans == params.still_scans:
+            state.rest = pose.copy()
+        rest: Array = state.rest.copy()
+        return rest
+
     def _has_moved(self, pose: Array) -> bool:
         """Whether a scan from here shows anything new.
 
         A vehicle that stands would fill its voxels with the same rings, of which no surface can be made.
         """
-        moved = np.abs(logarithm(inverted(self.state.added) @ pose))
-        return bool(moved[:3].max() > self.params.new_m or moved[3:].max() > self.params.new_rad)
+        return _is_apart(self.state.added, pose, self.params.new_m, self.params.new_rad)
 
     def _period_ns(self, stamp_ns: int) -> int:
         before_ns = self.state.stamp_ns
@@ -190,6 +216,11 @@ class LidarOdometry:
         if np.linalg.norm(pose[:3, 3] - state.removed_m) > _REMOVAL_SHARE * params.range_m_max:
             remove_far(state.voxels, pose[:3, 3], params.range_m_max)
             state.removed_m = pose[:3, 3].copy()
+
+
+def _is_apart(one: Array, other: Array, apart_m: float, apart_rad: float) -> bool:
+    moved = np.abs(logarithm(inverted(one) @ other))
+    return bool(moved[:3].max() > apart_m or moved[3:].max() > apart_rad)
 
 
 def _voxel_m(points: Array, params: OdometryParams) -> float:

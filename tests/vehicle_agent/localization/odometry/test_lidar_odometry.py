@@ -22,6 +22,29 @@ def drive() -> tuple[list[PointCloud], np.ndarray]:
     return list(simulated.clouds()), simulated.truth()
 
 
+class PausedDrive(SimulatedDrive):
+    """It stands for two seconds, drives off at 1 m/s2, and stands again where the loop ends."""
+
+    def __init__(self) -> None:
+        super().__init__(5, Loop(length_m=24.0, width_m=22.0, radius_m=8.0, speed_mps=5.0))
+        self._end_ns = 100_000_000 * (self.scans - 1)
+        self.scans += 40
+
+    def _poses(self, times_ns: np.ndarray) -> np.ndarray:
+        return super()._poses(np.clip(times_ns - 2_000_000_000, 0, self._end_ns))
+
+
+def test_a_sensor_that_stands_keeps_its_pose_and_loses_nothing_when_it_drives_off() -> None:
+    drive = PausedDrive()
+    poses, truth = followed(list(drive.clouds())), drive.truth()
+    assert np.array_equal(poses[:20], np.tile(np.eye(4), (20, 1, 1)))
+    assert np.array_equal(poses[-12:], np.tile(poses[-1], (12, 1, 1)))
+    apart = np.linalg.norm(poses[:, :3, 3] - truth[:, :3, 3], axis=1)
+    assert apart[20:30].max() < 0.04, "it drives off within two scans"
+    assert apart.max() < 0.35
+    assert apart[-1] < 0.1
+
+
 def followed(clouds: list[PointCloud]) -> np.ndarray:
     odometry = LidarOdometry()
     return np.array([odometry.step(cloud).pose for cloud in clouds])
