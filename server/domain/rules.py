@@ -20,7 +20,7 @@ class FleetRules:
     arrival_slack_s, arrival_slack_ratio  the promised latest arrival after the planned one, the second
                           as a share of the planned time on board
     promise_lapse_s       if the plan misses a promise by more, the party gets a new one
-    promise_notice_s      a promise made anew becomes earlier by no less, and no sooner than so long after
+    promise_notice_s      a renewed promise becomes earlier by no less, and no sooner than so long after
     promise_reserve_s, promise_reserve_ratio  of a promise's slack, later riders must leave this much, and
                           this share of the time until then, as a reserve for the drive
     walk_m_max, walk_mps  other stops are offered within this distance (straight), walked at this speed

@@ -105,7 +105,7 @@ class SqlScanRepository(Repository):
     def parcels_ended_before(
         self, moment: datetime, but_of: frozenset[str], limit: int
     ) -> tuple[ScanParcel, ...]:
-        # A request that nobody ended is over at its time; one that was ended, then.
+        # A request is over when it was ended, else at its time.
         over = select(_request.request_id).where(
             _request.campus_id == self._campus_id,
             _request.request_id.not_in(but_of),

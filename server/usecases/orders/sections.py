@@ -60,7 +60,7 @@ def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> N
     """The vehicle has left a section: the routes and grants of others are tried again.
 
     One that has left its only section is somewhere else. It keeps that section until a position of it,
-    standing, places it anew.
+    standing, places it again.
     """
     held = uow.sections.held_by(vehicle_id)
     if HeldSection(section_id, fence) not in held:

@@ -1,6 +1,6 @@
 """Makes a late promise earlier when the shuttle can come earlier after all.
 
-A promise that is made anew says when the shuttle could come at that moment. When a road opens or a held
+A renewed promise says when the shuttle could come at that moment. When a road opens or a held
 shuttle drives again, it would wait for the time that the party was told, with the party at the stop.
 """
 

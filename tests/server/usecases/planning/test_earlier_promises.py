@@ -1,4 +1,4 @@
-"""A promise that was made anew becomes earlier again when the shuttle can come earlier after all."""
+"""A renewed promise becomes earlier again when the shuttle can come earlier after all."""
 
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -14,7 +14,7 @@ MINUTE = timedelta(minutes=1)
 
 
 def told_later(fleet: FakeFleet, by: timedelta) -> Ride:
-    """A ride for now whose promise was made anew, so much later, and planned for it."""
+    """A ride for now whose promise was renewed, so much later, and planned for it."""
     ride = fleet.book("NN20", "C6")
     promise = ride.promise
     assert promise is not None
