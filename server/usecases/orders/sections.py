@@ -68,6 +68,7 @@ def released(uow: UnitOfWork, vehicle_id: str, section_id: str, fence: int) -> N
     if len(held) == 1:
         uow.vehicles.save(replace(enrolled_vehicle(uow, vehicle_id), placed=False))
         record_event(uow, "vehicle.left_its_sections", vehicle_id, vehicle_id, section_id)
+        uow.publish(topics.vehicle(uow.campus_id, vehicle_id))
         return
     if SectionReservations(uow).release(vehicle_id, section_id, fence):
         extend_grants(uow)

@@ -49,7 +49,7 @@ def _earlier_promise(uow: UnitOfWork, ride: Ride) -> Promise | None:
         return None
     vehicle, plan = uow.vehicles.get(ride.vehicle_id), uow.plans.get(ride.vehicle_id)
     pickup = None if plan is None else _pickup(plan, ride)
-    if vehicle is None or vehicle.held or not vehicle.connected or pickup is None:
+    if vehicle is None or not vehicle.accepts_rides or pickup is None:
         return None
     ready = _ready_at(uow, pickup)
     if ready is None:

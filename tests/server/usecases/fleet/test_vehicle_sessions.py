@@ -14,6 +14,7 @@ from server.store.transactions import InlineTransactions
 from server.usecases.fleet import vehicle_sessions
 from server.usecases.fleet.vehicle_sessions import HelloFacts
 from server.usecases.orders import outbox
+from server.usecases.ports import topics
 from server.usecases.record import identity
 from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from server.usecases.roads.road_positions import under_body
@@ -119,7 +120,10 @@ def test_a_shuttle_that_has_left_its_only_section_is_placed_again_where_it_stand
     *behind, last = held_by(fleet)
     for one in behind:
         shuttle.say(SectionReleased(one.section_id, one.fence))
+    topic = topics.vehicle(fleet.campus.road_map.campus_id, shuttle.vehicle_id)
+    fleet.campus.bus.heard(topic)
     shuttle.say(SectionReleased(last.section_id, last.fence))
+    assert fleet.campus.bus.heard(topic), "the console shows at once that its place is not known"
     assert (vehicle_of(fleet).placed, held_by(fleet)) == (False, (last,))
     fleet.step()
     assert vehicle_of(fleet).placed

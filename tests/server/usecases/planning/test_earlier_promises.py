@@ -8,6 +8,7 @@ import pytest
 from server.domain.rides.rides import Promise, Ride, promised_anew
 from server.usecases.planning import plans
 from server.usecases.planning.earlier_promises import promise_earlier
+from server.usecases.record.enrolled_vehicles import enrolled_vehicle
 from tests.server.usecases.fake_fleet import FakeFleet
 
 MINUTE = timedelta(minutes=1)
@@ -81,7 +82,7 @@ def test_never_before_the_first_promise(driven_fleet: FakeFleet) -> None:
     assert pickup_from(promised(driven_fleet, late)) == promise.pickup_from
 
 
-@pytest.mark.parametrize("why", ["little", "held", "unreachable", "as_promised"])
+@pytest.mark.parametrize("why", ["little", "held", "unreachable", "unplaced", "as_promised"])
 def test_nothing_is_told_where_there_is_nothing_to_say(driven_fleet: FakeFleet, why: str) -> None:
     """Of a shuttle that stands or is out of reach nothing is known; few minutes are not worth it."""
     if why == "as_promised":
@@ -93,6 +94,10 @@ def test_nothing_is_told_where_there_is_nothing_to_say(driven_fleet: FakeFleet, 
         shuttle.hold()
     if why == "unreachable":
         shuttle.disconnect()
+    if why == "unplaced":
+        driven_fleet.campus.do(
+            lambda uow: uow.vehicles.save(replace(enrolled_vehicle(uow, shuttle.vehicle_id), placed=False))
+        )
     assert promised(driven_fleet, late).promise == late.promise
 
 
