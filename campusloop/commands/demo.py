@@ -193,7 +193,7 @@ def vehicles_that_see(console: Console, profile: Profile, wanted: int) -> int:
     )
     console.print(
         f"{shuttles} own scans ({1e3 * scan_s:.0f} ms a scan on one of {cores()} cores): "
-        f"about {pace(count, scan_s):.1f} of real time",
+        f"about {pace(count, cores(), scan_s):.1f} of real time",
         highlight=False,
     )
     if not wanted and count < VEHICLES_MAX:

@@ -13,13 +13,12 @@ VEHICLES_MAX = 3
 # Lidars turn ten times a second.
 _TURNS_PER_S = 10.0
 # A shuttle with its simulated lidars, computers and share of the server takes so many times its perception's
-# CPU time (the live demo with one: 1.15 cores busy at 0.60 of real time, 38 ms a scan).
-_OF_PERCEPTION = 5.0
-# Processes wait for each other: not every second of every core can be used.
-_USABLE = 0.85
-# The demo's clock stands while the simulator casts a shuttle's scan and until that is answered: for so many
-# times the CPU time of the shuttle's perception (0.60 and 0.44 of real time with one and two, 38 ms a scan).
-_STANDS = 1.7
+# CPU time (1.01 s a second with one, 2.08 s with two; 27 ms a scan).
+_OF_PERCEPTION = 3.7
+# Processes wait for each other: not every second of every core can be used (two shuttles on two cores: 0.71).
+_USABLE = 0.7
+# All scans are cast in the simulator's process, each in so many times the CPU time of perception.
+_CASTING = 1.25
 # Slower than this, more shuttles are no gain.
 _PACE_MIN = 0.7
 _TURNS = 7
@@ -48,14 +47,13 @@ def scan_cpu_s(profile: Profile) -> float:
 
 def carried(cores: int, scan_s: float) -> int:
     """Shuttles that this many cores carry, at least one; scan_s as `scan_cpu_s` measures it."""
-    by_cores = int(_USABLE * cores / (_TURNS_PER_S * scan_s * _OF_PERCEPTION))
-    by_pace = sum(pace(shuttles, scan_s) >= _PACE_MIN for shuttles in range(1, VEHICLES_MAX + 1))
-    return max(1, min(by_cores, by_pace))
+    return max(1, sum(pace(shuttles, cores, scan_s) >= _PACE_MIN for shuttles in range(1, VEHICLES_MAX + 1)))
 
 
-def pace(shuttles: int, scan_s: float) -> float:
+def pace(shuttles: int, cores: int, scan_s: float) -> float:
     """Of real time, that a demo with so many shuttles keeps; at most 1."""
-    return 1.0 / (1.0 + shuttles * _TURNS_PER_S * scan_s * _STANDS)
+    scans_s = shuttles * _TURNS_PER_S * scan_s
+    return min(1.0, _USABLE * cores / (scans_s * _OF_PERCEPTION), 1.0 / (scans_s * _CASTING))
 
 
 def _turn() -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A clock for a whole live campus on one machine. It runs slower where the machine does not keep up.
+"""A clock for a whole live campus on one machine. It stands where the machine does not keep up.
 
 Every periodic process has a reservation: when it begins to wait, it writes the deadline by which it reads the
 clock again (`PacedClock.wait`); one with a longer piece of work writes by when that is due (`work`). The
@@ -6,6 +6,11 @@ simulator's process has the master clock (`MasterClock`). The clock runs with th
 than SLACK_NS past the earliest deadline. A process that gets no processor time is late by the wall clock and
 on time by this clock, so no other process brakes for it. The processes do not know which clock they have: on
 a vehicle they have the computer's.
+
+What the clock has lost in short stands it makes up: it runs at twice the speed while it is behind, still
+never past the earliest deadline. So a step in which a lidar's scan is cast may take longer than a step, if
+those beside it leave some time. More than BEHIND_NS_MAX is not made up: a campus that comes back from a long
+stand does not race.
 
 The master ignores the reservation of a process that has ended or has missed its deadline for
 STALL_TIMEOUT_NS. A tick that hangs is therefore a silent tick here, too.
@@ -26,10 +31,16 @@ SLACK_NS = 5_000_000
 STALL_TIMEOUT_NS = 5_000_000_000
 # How often a process polls a clock that stands still.
 POLL_NS = 1_000_000
+# So much of what the clock has lost is made up, in jumps of at most JUMP_NS_MAX.
+BEHIND_NS_MAX = 500_000_000
+JUMP_NS_MAX = SLACK_NS // 2
+# While the clock runs at twice the speed, half of a time passes by the computer's clock.
+_HURRY = 2
 _NO_LIMIT = 2**62
 _NO_DEADLINE = 0
 # The fields of the clock's file, and of each process's reservation.
-_UTC_OFFSET, _LAG, _LIMIT = range(3)
+CLOCK_FIELDS = 4
+_UTC_OFFSET, _LAG, _LIMIT, _HURRIES = range(CLOCK_FIELDS)
 _PID, _DEADLINE = range(2)
 
 Monotonic = Callable[[], int]
@@ -44,17 +55,17 @@ class PacedClocks:
     def create(self) -> None:
         """Create the clock. It runs with the computer's clocks until a process opens the master."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        fields = _fields(self._clock, 3)
+        fields = _fields(self._clock, CLOCK_FIELDS)
         fields[_UTC_OFFSET] = time.time_ns() - time.monotonic_ns()
-        fields[_LAG], fields[_LIMIT] = 0, _NO_LIMIT
+        fields[_LAG], fields[_LIMIT], fields[_HURRIES] = 0, _NO_LIMIT, 0
 
     def open(self, name: str) -> "PacedClock":
         reservation = _fields(self.folder / f"{name.replace(' ', '-')}.reservation", 2)
-        return PacedClock(_fields(self._clock, 3), reservation)
+        return PacedClock(_fields(self._clock, CLOCK_FIELDS), reservation)
 
     def open_master(self) -> "MasterClock":
         """For one process only."""
-        return MasterClock(_fields(self._clock, 3), self.folder)
+        return MasterClock(_fields(self._clock, CLOCK_FIELDS), self.folder)
 
     @property
     def _clock(self) -> Path:
@@ -77,6 +88,10 @@ class _Shared:
         self._last_ns = max(self._last_ns, now_ns)
         return self._last_ns
 
+    def pause_s(self, span_ns: int) -> float:
+        """How long a span of this clock takes by the computer's, while it does not stand."""
+        return span_ns * 1e-9 / (_HURRY if self._shared[_HURRIES] else 1)
+
     def utc_offset_ns(self) -> int:
         return self._shared[_UTC_OFFSET]
 
@@ -85,7 +100,7 @@ class _Shared:
         return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=stamp_ns // 1000)
 
     def lag_ns(self) -> int:
-        """How far the clock is behind the computer's: the total time for which it has stood still."""
+        """How far the clock is behind the computer's: what it has lost in stands and not made up."""
         standing_ns = self._monotonic() - self._shared[_LAG] - self._shared[_LIMIT]
         return self._shared[_LAG] + max(0, standing_ns)
 
@@ -108,7 +123,7 @@ class PacedClock(_Shared):
         self._reservation[_DEADLINE] = until_ns
         while now_ns < until_ns:
             stands = self._shared[_LIMIT] <= now_ns
-            pause_s = (POLL_NS if stands else until_ns - now_ns) * 1e-9
+            pause_s = POLL_NS * 1e-9 if stands else self.pause_s(until_ns - now_ns)
             if files:
                 if select.select(files, [], [], pause_s)[0]:
                     return
@@ -132,6 +147,9 @@ class MasterClock(_Shared):
         self._folder = folder
         self._reservations: dict[Path, memoryview] = {}
         self._listed_ns = 0
+        # A lag up to this is not made up; and up to when, by the computer's clock, the clock has made up.
+        self._settled_ns = shared[_LAG]
+        self._made_up_ns = monotonic()
         # By process: the deadline that it has missed, and since when by the computer's clock.
         self._stalled: dict[Path, tuple[int, int]] = {}
         if shared[_LIMIT] == _NO_LIMIT:
@@ -141,12 +159,15 @@ class MasterClock(_Shared):
         """Wait until due_ns."""
         while True:
             self.advance_limit(due_ns)
+            self._make_up()
             now_ns = self.now_ns()
             if now_ns >= due_ns:
                 return
             # Early enough to move the limit before the clock reaches it.
-            wake_ns = min(due_ns, self._shared[_LIMIT] - SLACK_NS // 2)
-            time.sleep(max(wake_ns - now_ns, POLL_NS) * 1e-9)
+            pause_ns = min(due_ns, self._shared[_LIMIT] - SLACK_NS // 2) - now_ns
+            if self._shared[_HURRIES]:
+                pause_ns = min(pause_ns // _HURRY, JUMP_NS_MAX)
+            time.sleep(max(pause_ns, POLL_NS) * 1e-9)
 
     def advance_limit(self, due_ns: int) -> None:
         """Move the limit to SLACK_NS past the earliest deadline; due_ns is the master's own."""
@@ -156,6 +177,16 @@ class MasterClock(_Shared):
             # The clock continues from where it stood.
             self._shared[_LAG] = max(self._shared[_LAG], now_ns - limit_ns)
             self._shared[_LIMIT] = earliest_ns + SLACK_NS
+
+    def _make_up(self) -> None:
+        """Bring the clock forward by as much as has passed since the last call, while it is behind."""
+        now_ns = self._monotonic()
+        passed_ns, self._made_up_ns = now_ns - self._made_up_ns, now_ns
+        lag_ns = self._shared[_LAG]
+        self._settled_ns = max(self._settled_ns, lag_ns - BEHIND_NS_MAX)
+        behind_ns = lag_ns - self._settled_ns
+        self._shared[_LAG] = lag_ns - min(behind_ns, passed_ns, JUMP_NS_MAX)
+        self._shared[_HURRIES] = behind_ns > JUMP_NS_MAX
 
     def _deadlines_ns(self) -> list[int]:
         """The deadlines that the clock waits for."""

@@ -44,7 +44,7 @@ def test_without_options_shuttles_find_road_users_by_themselves(started: list[Li
     assert options.scene is not None
     assert options.vehicles == 1
     assert "1 shuttle finds road users" in output
-    assert "about 0.6 of real time" in output
+    assert "about 0.9 of real time" in output
 
 
 def test_who_wants_more_than_the_machine_carries_is_told_how_slow_it_will_be(

@@ -2,8 +2,12 @@
 
 import os
 from pathlib import Path
+from unittest.mock import patch
 
 from campusloop.live.paced_clock import (
+    BEHIND_NS_MAX,
+    CLOCK_FIELDS,
+    JUMP_NS_MAX,
     PERIOD_NS,
     SLACK_NS,
     STALL_TIMEOUT_NS,
@@ -23,15 +27,18 @@ class Campus:
         self.computer_ns = 1_000 * MS
         self.folder = folder
         PacedClocks(folder).create()
-        self.master = MasterClock(_fields(folder / "clock", 3), folder, self.monotonic)
+        self.master = MasterClock(_fields(folder / "clock", CLOCK_FIELDS), folder, self.monotonic)
         self.process = self.open("tick")
 
     def monotonic(self) -> int:
         return self.computer_ns
 
+    def sleep(self, pause_s: float) -> None:
+        self.computer_ns += round(pause_s * 1e9)
+
     def open(self, name: str) -> PacedClock:
         reservation = _fields(self.folder / f"{name}.reservation", 2)
-        return PacedClock(_fields(self.folder / "clock", 3), reservation, self.monotonic)
+        return PacedClock(_fields(self.folder / "clock", CLOCK_FIELDS), reservation, self.monotonic)
 
     def reserve(self, name: str, deadline_ns: int, pid: int = 0) -> None:
         """What a process does at the beginning of its wait."""
@@ -147,7 +154,7 @@ def test_a_master_that_starts_again_goes_on_from_where_the_clock_stood(tmp_path:
     due_ns = campus.process.now_ns() + PERIOD_NS
     campus.master.advance_limit(due_ns)
     campus.computer_ns += 3_000 * MS
-    again = MasterClock(_fields(tmp_path / "clock", 3), tmp_path, campus.monotonic)
+    again = MasterClock(_fields(tmp_path / "clock", CLOCK_FIELDS), tmp_path, campus.monotonic)
     again.advance_limit(due_ns + 2 * PERIOD_NS)
     assert campus.process.now_ns() == due_ns + SLACK_NS
 
@@ -175,3 +182,66 @@ def test_the_clock_goes_on_while_a_process_works_until_its_work_is_due(tmp_path:
     campus.master.advance_limit(begin_ns + 6 * PERIOD_NS)
     campus.computer_ns += PERIOD_NS
     assert campus.process.now_ns() > begin_ns + 2 * PERIOD_NS + SLACK_NS
+
+
+def wait_until(campus: Campus, due_ns: int) -> None:
+    """The master waits, and the process beside it; they sleep by moving the computer's clock."""
+    while campus.process.now_ns() < due_ns:
+        campus.reserve("tick", campus.process.now_ns() + PERIOD_NS)
+        with patch("time.sleep", campus.sleep):
+            campus.master.wait(min(due_ns, campus.process.now_ns() + PERIOD_NS))
+
+
+def stand(campus: Campus, span_ns: int) -> None:
+    """The simulator takes so long for one step, and the clock stands meanwhile."""
+    due_ns = campus.process.now_ns() + PERIOD_NS
+    campus.reserve("tick", due_ns)
+    campus.master.advance_limit(due_ns)
+    campus.computer_ns += span_ns + PERIOD_NS + SLACK_NS
+    assert campus.process.now_ns() == due_ns + SLACK_NS
+    campus.master.advance_limit(due_ns + PERIOD_NS)
+
+
+def test_short_stands_are_made_up(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    for _ in range(20):
+        stand(campus, 12 * MS)
+        assert campus.master.lag_ns() >= 12 * MS
+        wait_until(campus, campus.process.now_ns() + 4 * PERIOD_NS)
+        assert campus.master.lag_ns() == 0
+
+
+def test_what_is_made_up_is_no_more_than_twice_the_speed(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    stand(campus, 300 * MS)
+    begin_ns, computer_ns = campus.process.now_ns(), campus.computer_ns
+    wait_until(campus, begin_ns + 100 * MS)
+    assert 1.8 < (campus.process.now_ns() - begin_ns) / (campus.computer_ns - computer_ns) <= 2.1
+
+
+def test_a_long_stand_is_not_made_up(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    stand(campus, 60_000 * MS)
+    wait_until(campus, campus.process.now_ns() + 3_000 * MS)
+    assert 60_000 * MS - BEHIND_NS_MAX <= campus.master.lag_ns() <= 60_000 * MS - BEHIND_NS_MAX + JUMP_NS_MAX
+
+
+def test_a_clock_that_makes_up_waits_for_the_earliest_deadline(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    stand(campus, 300 * MS)
+    due_ns = campus.process.now_ns() + PERIOD_NS
+    campus.reserve("tick", due_ns)
+    with patch("time.sleep", campus.sleep):
+        campus.master.wait(due_ns + SLACK_NS)
+    campus.computer_ns += 100 * MS
+    assert campus.process.now_ns() == due_ns + SLACK_NS
+
+
+def test_a_process_sleeps_half_as_long_while_the_clock_makes_up(tmp_path: Path) -> None:
+    campus = Campus(tmp_path)
+    assert campus.process.pause_s(PERIOD_NS) == 0.02
+    stand(campus, 300 * MS)
+    wait_until(campus, campus.process.now_ns() + PERIOD_NS)
+    assert campus.process.pause_s(PERIOD_NS) == 0.01
+    wait_until(campus, campus.process.now_ns() + 1_000 * MS)
+    assert campus.process.pause_s(PERIOD_NS) == 0.02
