@@ -41,7 +41,7 @@ def main() -> None:
     except (RecordingError, ProfileError) as error:
         raise SystemExit(f"cannot drive: {error}") from error
     for profile in profiles.values():
-        tell_lacks(Console(), profile, in_processes=False)
+        tell_lacks(Console(), profile)
     for clip in clips:
         print(_recording_line(clip), flush=True)
     rows: list[Row] = []

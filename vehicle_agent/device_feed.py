@@ -241,3 +241,8 @@ class ScanRing:
 def planar_ring_path(lidar_ring: Path) -> Path:
     """The ring of a vehicle's planar scanner, beside that of its lidar."""
     return lidar_ring.with_name(f"{lidar_ring.name}-planar")
+
+
+def people_ring_path(lidar_ring: Path) -> Path:
+    """The ring of a vehicle's planar scanner for people (`[people_scanner]`), beside that of its lidar."""
+    return lidar_ring.with_name(f"{lidar_ring.name}-people")

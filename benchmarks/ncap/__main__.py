@@ -77,7 +77,7 @@ def main() -> None:
 def cell_drives(arguments: argparse.Namespace) -> Iterator[CellDrive]:
     """Every Nth cell; a cell has the same vehicle whichever others are driven. Raises ProfileError."""
     profile = perceiving(load_profile(arguments.profile), arguments.perception == "own")
-    tell_lacks(Console(), profile, in_processes=False)
+    tell_lacks(Console(), profile)
     logs = log_choice(arguments)
     traces = None if arguments.traces is None else arguments.traces.absolute()
     for number, cell in list(enumerate(cells(profile.body)))[:: arguments.every]:

@@ -114,7 +114,7 @@ def demo(
         chosen = Profile() if profile is None else load_profile(profile)
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         kernels = for_campus(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
-        tell_lacks(console, chosen, in_processes=not headless)
+        tell_lacks(console, chosen)
         if crossing_detector and not (headless and scene):
             raise CampusStartError("--crossing-detector is for --headless with --scene: it looks at pictures")
         if crossing_detector:

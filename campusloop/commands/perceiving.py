@@ -47,8 +47,8 @@ def perceiving_profile(
     return written
 
 
-def tell_lacks(console: Console, profile: Profile, *, in_processes: bool) -> None:
-    """Tell what own perception does without here; in_processes: of agents in real time."""
-    lacks = perception_lacks(profile, in_processes=in_processes)
+def tell_lacks(console: Console, profile: Profile) -> None:
+    """Tell what own perception does without here."""
+    lacks = perception_lacks(profile)
     if lacks:
         console.print(f"[yellow]{lacks}[/yellow]", soft_wrap=True, highlight=False)

@@ -87,7 +87,7 @@ def shuttles(
         points = chosen_point_map(localization, point_map, campus_map, has_scene=scene, profile=profile)
         chosen = Profile() if profile is None else load_profile(profile)
         kernels = for_vehicle(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
-        tell_lacks(console, chosen, in_processes=True)
+        tell_lacks(console, chosen)
         prepare_kernels((*SIMULATOR, *kernels), console)
         options = ShuttleOptions(
             map_path=campus_map.absolute(),

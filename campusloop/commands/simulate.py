@@ -156,7 +156,7 @@ def _drive_km(
             for place in places
         }
         own = localized.own_perception
-        tell_lacks(console, perceiving(profile_of(stack), own), in_processes=False)
+        tell_lacks(console, perceiving(profile_of(stack), own))
         ensure_kernels(for_campus(driven, by_scans=by_scans, own_perception=own))
         with open_campaign(cluster, workers, log_errors_only, places) as campaign:
             contacts = report_km(

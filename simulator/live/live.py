@@ -2,6 +2,9 @@
 
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simulator.ecus.command_watch import COMMAND_TIMEOUT_NS
 from simulator.fleet import STEP_NS
 from simulator.infrastructure import CrossingCamera
@@ -12,13 +15,18 @@ from simulator.live.ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
 from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
 from vehicle_agent.device_feed import (
+    Array32,
     DatagramPort,
     DeviceOutputs,
     DeviceValue,
     DeviceValues,
     ScanRing,
+    people_ring_path,
     planar_ring_path,
 )
+from vehicle_agent.picture_ring import PEOPLE_CAMERA, PictureRing, picture_ring_path
+from vehicle_agent.picture_windows import PictureWindows, picture_windows_path
+from vehicle_agent.signals.pictures import Picture
 
 LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
@@ -37,9 +45,11 @@ class VehicleWiring:
         self.bus = LiveBus(ports.can_channel, clock.now_ns)
         self.outputs = DatagramPort(ports.hmi_port)
         self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
-        self._planar_ring: ScanRing | None = None
-        self._planar_path = planar_ring_path(scan_ring_path(folder, vehicle_id))
-        self._scans, self._planar_scans = 0, 0
+        path = scan_ring_path(folder, vehicle_id)
+        # No datagram tells of these: the workers of localization and perception look into the rings.
+        self._planar, self._people = _Written(planar_ring_path(path)), _Written(people_ring_path(path))
+        self._pictures = _WantedPictures(path)
+        self._scans = 0
 
     def exchange(self, world: SimWorld, now_ns: int) -> None:
         """Send the devices' values at now_ns, and execute the vehicle's device outputs."""
@@ -52,12 +62,9 @@ class VehicleWiring:
             ready = self.ring.write(self._scans, now_ns, *scan)
             self.outputs.send(self.ports.scans_port, ready)
             self._scans += 1
-        planar = world.planar_scan(self.vehicle_id, now_ns)
-        if planar is not None:
-            # The localization worker looks into the ring; nothing else waits for these scans.
-            self._planar_ring = self._planar_ring or ScanRing(self._planar_path, create=True)
-            self._planar_ring.write(self._planar_scans, now_ns, *planar)
-            self._planar_scans += 1
+        self._planar.write(now_ns, world.planar_scan(self.vehicle_id, now_ns))
+        self._people.write(now_ns, world.people_scan(self.vehicle_id, now_ns))
+        self._pictures.write(world.picture(self.vehicle_id, now_ns, self._pictures.windows))
         for datagram in self.outputs.take():
             if isinstance(datagram, DeviceOutputs):
                 world.show(self.vehicle_id, datagram.hmi, now_ns)
@@ -65,6 +72,44 @@ class VehicleWiring:
     def close(self) -> None:
         self.bus.close()
         self.outputs.close()
+
+
+class _Written:
+    """A planar scanner's ring; a vehicle without the scanner has no file."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._ring: ScanRing | None = None
+        self._scans = 0
+
+    def write(self, now_ns: int, scan: tuple[Array32, Array32] | None) -> None:
+        if scan is None:
+            return
+        self._ring = self._ring or ScanRing(self._path, create=True)
+        self._ring.write(self._scans, now_ns, *scan)
+        self._scans += 1
+
+
+class _WantedPictures:
+    """The pictures of the camera for people: of each, the parts at which the vehicle's worker will look."""
+
+    def __init__(self, scan_ring: Path) -> None:
+        self._path = picture_ring_path(scan_ring, PEOPLE_CAMERA)
+        self._windows_path = picture_windows_path(scan_ring, PEOPLE_CAMERA)
+        self._ring: PictureRing | None = None
+        self._windows: PictureWindows | None = None
+
+    def windows(self) -> NDArray[np.int64] | None:
+        """(k, 4) as `PictureWindows.asked`; None before the worker has started, too."""
+        if self._windows is None and self._windows_path.exists():
+            self._windows = PictureWindows(self._windows_path, create=False)
+        return None if self._windows is None else self._windows.asked()
+
+    def write(self, picture: Picture | None) -> None:
+        if picture is None:
+            return
+        self._ring = self._ring or PictureRing(self._path, create=True)
+        self._ring.write(picture.stamp_ns, picture.pixels)
 
 
 class LiveSimulation:

@@ -77,6 +77,16 @@ class PeopleFinder:
             return windows_px(feet_px, heights_px)
         return _NO_WINDOWS if stamp_ns - self._seen_ns >= _WELL_NS else None
 
+    @property
+    def looks_at_pictures(self) -> bool:
+        """There is a camera, and what looks at its pictures."""
+        return self._camera is not None and self._scorer is not None
+
+    @property
+    def picture_px(self) -> tuple[int, int]:
+        """Rows and columns; (0, 0) without a camera."""
+        return (0, 0) if self._camera is None else (self._camera.height_px, self._camera.width_px)
+
     def look(self, picture: Picture, pose_odom: Pose2) -> None:
         """pose_odom: of the vehicle when the picture was taken."""
         if self._camera is None or self._scorer is None:
@@ -97,7 +107,7 @@ class PeopleFinder:
 class PeopleWorker(TracksWorker):
     """Cells and tracks of the lidar's points; people by the planar scanner, verified in pictures.
 
-    A process that has no planar scans or pictures gives what the points alone show.
+    Without planar scans or pictures it gives what the points alone show.
     """
 
     def __init__(
@@ -129,6 +139,15 @@ class PeopleWorker(TracksWorker):
     def planar(self, rows: np.ndarray, stamp_ns: int) -> None:
         """Take a scan of the planar scanner: rows (n, 5) as of `percepts`."""
         self.people.take_scan(self._straightened(rows), stamp_ns, self._way.pose_odom(stamp_ns))
+
+    @property
+    def looks_at_pictures(self) -> bool:
+        return self.people.looks_at_pictures
+
+    @property
+    def picture_px(self) -> tuple[int, int]:
+        """Rows and columns of the camera's pictures; those of another size show other places."""
+        return self.people.picture_px
 
     def windows(self, stamp_ns: int) -> IntArray | None:
         """(k, 4) left, top, right, bottom: parts of a picture of stamp_ns that would be looked at.

@@ -93,16 +93,13 @@ def build_perception_worker(profile: Profile) -> PerceptionWorker:
     return tracks_worker(profile)
 
 
-def perception_lacks(profile: Profile, *, in_processes: bool = False) -> str:
-    """What the vehicle's own perception does without here, as a sentence for an operator; "": nothing.
-
-    in_processes  of an agent in real time
-    """
+def perception_lacks(profile: Profile) -> str:
+    """What the vehicle's own perception does without here, as a sentence for an operator; "": nothing."""
     if not worker_tracks(profile):
         return ""
     from vehicle_agent.stacks.own_perception import lacking
 
-    return lacking(profile, in_processes=in_processes)
+    return lacking(profile)
 
 
 def build_localization_worker(profile: Profile, folder: Path) -> LocalizationWorker:

@@ -69,18 +69,10 @@ def pinhole_camera(profile: Profile) -> PinholeCamera:
     )
 
 
-def lacking(profile: Profile, *, in_processes: bool = False) -> str:
-    """What own perception does without in this installation, as a sentence for an operator; "": nothing.
-
-    in_processes  of an agent in real time, whose worker is given the lidar's scans only
-    """
+def lacking(profile: Profile) -> str:
+    """What own perception does without in this installation, as a sentence for an operator; "": nothing."""
     if profile.stack != "nus" or profile.perception != "own":
         return ""
-    if in_processes:
-        return (
-            "in real time no driver hands over scans of [people_scanner] and pictures of [camera] yet: "
-            "road users are found by the lidar on the roof alone"
-        )
     if profile.people_scanner.rate_hz <= 0.0:
         return f"{profile.name} has no [people_scanner]: road users are found by the lidar on the roof alone"
     if profile.camera.rate_hz <= 0.0:

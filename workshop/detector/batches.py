@@ -47,9 +47,16 @@ def window(scan: LabeledScan, grid: PillarGrid, rng: np.random.Generator) -> Pil
     reach_m = np.array([_WINDOW[0], _WINDOW[1]]) * grid.cell_m
     middle = rng.uniform(-_REACH_M, _REACH_M, 2)
     if len(scan.boxes) and rng.random() < _ROAD_USER_RATIO:
-        middle = scan.boxes[rng.integers(len(scan.boxes)), :2] + rng.uniform(-0.35, 0.35, 2) * reach_m
+        middle = _some_road_user(scan, rng) + rng.uniform(-0.35, 0.35, 2) * reach_m
     low = np.clip(middle - 0.5 * reach_m, -_REACH_M, _REACH_M - reach_m)
     return grid._replace(x_m_min=float(low[0]), y_m_min=float(low[1]), nx=_WINDOW[0], ny=_WINDOW[1])
+
+
+def _some_road_user(scan: LabeledScan, rng: np.random.Generator) -> NDArray[np.float64]:
+    """(2,) the place of one. Each kind has the same chance: cyclists are few, people are in every window."""
+    kind = rng.choice(np.unique(scan.kinds))
+    place: NDArray[np.float64] = scan.boxes[rng.choice(np.flatnonzero(scan.kinds == kind)), :2]
+    return place
 
 
 def varied(scan: LabeledScan, rng: np.random.Generator) -> LabeledScan:

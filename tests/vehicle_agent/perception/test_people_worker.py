@@ -140,6 +140,5 @@ def test_what_own_perception_lacks_is_said(monkeypatch: pytest.MonkeyPatch) -> N
     assert "make camera" in perception_lacks(CART)
     assert isinstance(build_perception_worker(CART), PeopleWorker), "laser and lidar go on alone"
     assert "[people_scanner]" in perception_lacks(Profile(stack="nus", perception="own"))
-    assert "roof" in perception_lacks(CART, in_processes=True)
     assert perception_lacks(Profile(stack="snow_lion", perception="own")) == ""
     assert perception_lacks(profile_of("nus")) == ""

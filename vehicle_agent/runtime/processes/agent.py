@@ -176,7 +176,7 @@ def run_worker(places: tuple[AgentPlace, ...], name: str = "worker") -> None:
     for place in places:
         files = AgentFolder(place.folder)
         vehicle = files.vehicle()
-        lacks = perception_lacks(files.profile(), in_processes=True)
+        lacks = perception_lacks(files.profile())
         if lacks:
             log.warning("perception.lacks", vehicle_id=vehicle.vehicle_id, what=lacks)
         scanned.append(

@@ -8,9 +8,11 @@ from types import FrameType
 import structlog
 
 from vehicle_agent.device_feed import DatagramPort, DeviceFeedError, ScanReady, ScanRing
+from vehicle_agent.perception.people_worker import PeopleWorker
 from vehicle_agent.perception.worker import PerceptionWorker
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox, TickMotion
+from vehicle_agent.runtime.processes.people_feed import PeopleFeed
 
 log = structlog.get_logger()
 
@@ -22,6 +24,8 @@ WAIT_NS = 500_000_000
 WORK_NS = 40_000_000
 # While percepts wait for room at their reader.
 RETRY_NS = 10_000_000
+# No datagram tells of the scans of a scanner for people, and of pictures.
+PEOPLE_EVERY_NS = 20_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +49,17 @@ class _Feed:
         self.mailbox = Mailbox(vehicle.mail / "worker")
         self._ring: ScanRing | None = None
         self._left_out = 0
+        self.people: PeopleFeed | None = None
+        if isinstance(vehicle.perception, PeopleWorker):
+            self.people = PeopleFeed(vehicle.vehicle_id, vehicle.perception, vehicle.scan_ring)
 
     def process_newest(self) -> None:
-        """Takes the vehicle's motions, and processes the newest scan; older ones are skipped."""
+        """Takes the vehicle's motions, and processes the newest scans; older ones are skipped."""
         for mail in self.mailbox.take():
             if isinstance(mail, TickMotion):
                 self.vehicle.perception.take(mail.motion)
+        if self.people is not None:
+            self.people.take(self._clock.now_ns())
         announced = [datagram for datagram in self.port.take() if isinstance(datagram, ScanReady)]
         if announced:
             self._answer(announced[-1])
@@ -104,9 +113,10 @@ def serve_percepts(vehicles: tuple[ScannedVehicle, ...], clock: Clock) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     feeds = [_Feed(vehicle, clock) for vehicle in vehicles]
     files = [feed.port.fileno() for feed in feeds]
+    every_ns = PEOPLE_EVERY_NS if any(feed.people is not None for feed in feeds) else WAIT_NS
     while not stopping:
         has_waiting = any(feed.mailbox.has_waiting for feed in feeds)
-        clock.wait(clock.now_ns() + (RETRY_NS if has_waiting else WAIT_NS), files)
+        clock.wait(clock.now_ns() + (RETRY_NS if has_waiting else every_ns), files)
         for feed in feeds:
             feed.process_newest()
     for feed in feeds:
