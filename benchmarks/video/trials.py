@@ -23,6 +23,7 @@ from contract.roads.load import load_map
 from simulator.traffic.population import TrafficParams
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.pacing import Pacer
+from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.runtime.processes.video_process import serve_video
 from vehicle_agent.runtime.video.cameras_file import CameraEntry, RecordedCamera, VideoSettings
 from vehicle_agent.runtime.video.segment_names import segments_in
@@ -32,7 +33,10 @@ SPAWN = multiprocessing.get_context("spawn")
 
 
 def drive(map_file: Path, folder: Path, seed: int, seconds: float, out: Path) -> None:
-    """A shuttle's loop at 50 Hz on the wall clock; writes (n, 2): each tick's stamp and wall time, ns."""
+    """A shuttle's loop at 50 Hz on the wall clock; writes (n, 2): each tick's stamp and wall time, ns.
+
+    With the tick process's priority, as on a vehicle, where the system allows it.
+    """
     loop = SoloDrive(
         load_map(map_file), folder, seed, stops=30, traffic=TrafficParams(), lidar=False,
         start_ns=time.monotonic_ns(),
@@ -41,13 +45,15 @@ def drive(map_file: Path, folder: Path, seed: int, seconds: float, out: Path) ->
     loop.vehicle.times.whole.clear()
     gc.collect()
     gc.freeze()
+    is_real_time = ask_for_real_time("tick", TICK_PRIORITY)
     pacer, stamps_ns = Pacer(), []
     end_ns = time.monotonic_ns() + round(seconds * 1e9)
     while (now_ns := pacer.wait()) < end_ns:
         stamps_ns.append(now_ns)
         loop.step(now_ns)
     gc.unfreeze()
-    np.save(out, np.column_stack((stamps_ns, loop.vehicle.times.whole)))
+    ticks_ns = np.column_stack((stamps_ns, loop.vehicle.times.whole))
+    np.savez(out, ticks_ns=ticks_ns, is_real_time=is_real_time)
     loop.vehicle.shut_down()
 
 
@@ -56,7 +62,8 @@ class Driving:
 
     def __init__(self, map_file: Path, folder: Path, seed: int, seconds: float) -> None:
         folder.mkdir()
-        self._out = folder / "ticks.npy"
+        self.is_real_time = False
+        self._out = folder / "ticks.npz"
         self.process = SPAWN.Process(target=drive, args=(map_file, folder, seed, seconds, self._out))
         self.process.start()
 
@@ -65,8 +72,10 @@ class Driving:
         self.process.join()
         if self.process.exitcode != 0:
             raise SystemExit("the drive has failed")
-        found: np.ndarray = np.load(self._out)
-        return found
+        with np.load(self._out) as written:
+            self.is_real_time = bool(written["is_real_time"])
+            ticks_ns: np.ndarray = written["ticks_ns"]
+        return ticks_ns
 
 
 def alternating(driving: Driving, recorded: "Recording", window_s: float) -> list[tuple[int, int, bool]]:

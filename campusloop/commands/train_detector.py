@@ -26,8 +26,8 @@ _NEEDS = "training needs PyTorch and onnx: run `make training`, or `pip install 
 def train_detector(
     out: Annotated[Path, typer.Option(help="The detector's ONNX file; its record is written beside it.")],
     seed: Annotated[int, typer.Option(min=0, help="Of scenes and training.")] = 1,
-    scenes: Annotated[int, typer.Option(min=8, help="Scans to learn from.")] = 600,
-    epochs: Annotated[int, typer.Option(min=1, help="Times that each scan is seen.")] = 16,
+    scenes: Annotated[int, typer.Option(min=8, help="Scans to learn from.")] = 1200,
+    epochs: Annotated[int, typer.Option(min=1, help="Times that each scan is seen.")] = 32,
     work: Annotated[
         Path | None, typer.Option(help="Folder for scans and checkpoint; var/detector without it.")
     ] = None,
