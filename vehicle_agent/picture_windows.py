@@ -24,13 +24,15 @@ class PictureWindows:
     """One side asks, the other reads what is asked; neither waits."""
 
     def __init__(self, path: Path, create: bool) -> None:
-        """create: the side that asks. Raises OSError, FileNotFoundError among them."""
+        """create: the side that asks. Raises OSError if there is none to read, or it is just being made."""
         if create:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.touch()
             # It never shrinks: a reader that has it mapped would be killed.
             os.truncate(path, _BYTES)
         with path.open("r+b") as file:
+            if os.fstat(file.fileno()).st_size < _BYTES:
+                raise OSError(f"{path} is not whole yet")
             self._map = mmap.mmap(file.fileno(), _BYTES)
         self._rows: IntArray = np.frombuffer(self._map, np.int64, offset=_HEAD.size).reshape(-1, _COLUMNS)
         self._number = 0

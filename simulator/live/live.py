@@ -101,9 +101,13 @@ class _WantedPictures:
 
     def windows(self) -> NDArray[np.int64] | None:
         """(k, 4) as `PictureWindows.asked`; None before the worker has started, too."""
-        if self._windows is None and self._windows_path.exists():
-            self._windows = PictureWindows(self._windows_path, create=False)
-        return None if self._windows is None else self._windows.asked()
+        if self._windows is None:
+            try:
+                self._windows = PictureWindows(self._windows_path, create=False)
+            except OSError:
+                # The worker makes the file when it starts.
+                return None
+        return self._windows.asked()
 
     def write(self, picture: Picture | None) -> None:
         if picture is None:

@@ -56,6 +56,9 @@ def test_a_file_that_is_being_written_is_not_read(asking: PictureWindows, driver
 def test_a_driver_without_a_worker_is_told(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         PictureWindows(tmp_path / "asked", create=False)
+    (tmp_path / "asked").touch()
+    with pytest.raises(OSError, match="not whole"):
+        PictureWindows(tmp_path / "asked", create=False)
 
 
 def test_the_file_lies_beside_the_ring_of_the_lidar(tmp_path: Path) -> None:
