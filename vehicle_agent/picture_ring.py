@@ -18,7 +18,7 @@ from vehicle_agent.device_feed import DeviceFeedError
 # At 10 Hz a reader may be late by 3 s: a computer that is too busy for a while loses nothing.
 SLOTS = 32
 PICTURE_BYTES_MAX = 1920 * 1200 * 3
-# The camera with which a vehicle looks for people (`[camera]`); a recorder's cameras have other names.
+# The camera with which a vehicle looks for people (`[camera]`).
 PEOPLE_CAMERA = "people"
 _HEADER = struct.Struct("<qqii")
 _SLOT_BYTES = 64 + PICTURE_BYTES_MAX

@@ -44,10 +44,10 @@ class VehicleWiring:
         self.vehicle_id, self.ports = vehicle_id, ports
         self.bus = LiveBus(ports.can_channel, clock.now_ns)
         self.outputs = DatagramPort(ports.hmi_port)
-        self.ring = ScanRing(scan_ring_path(folder, vehicle_id), create=True)
         path = scan_ring_path(folder, vehicle_id)
+        self.ring = ScanRing(path, create=True)
         # No datagram tells of these: the workers of localization and perception look into the rings.
-        self._planar, self._people = _Written(planar_ring_path(path)), _Written(people_ring_path(path))
+        self._planar, self._people = _PlanarRing(planar_ring_path(path)), _PlanarRing(people_ring_path(path))
         self._pictures = _WantedPictures(path)
         self._scans = 0
 
@@ -74,7 +74,7 @@ class VehicleWiring:
         self.outputs.close()
 
 
-class _Written:
+class _PlanarRing:
     """A planar scanner's ring; a vehicle without the scanner has no file."""
 
     def __init__(self, path: Path) -> None:
