@@ -7,7 +7,7 @@ import shutil
 import signal
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.context import SpawnProcess
@@ -20,6 +20,7 @@ import psutil
 from benchmarks.video.pictures import play
 from campusloop.virtual.solo_drive import SoloDrive
 from contract.roads.load import load_map
+from server.supervision.parent_end import end_with_parent
 from simulator.traffic.population import TrafficParams
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.pacing import Pacer
@@ -30,6 +31,18 @@ from vehicle_agent.runtime.video.segment_names import segments_in
 
 CAMERAS = ("front", "left", "right", "rear")
 SPAWN = multiprocessing.get_context("spawn")
+
+
+def _child(target: Callable[..., None], *arguments: object) -> SpawnProcess:
+    """A started process that ends with this one, even if this one is killed."""
+    process = SPAWN.Process(target=_run, args=(target, *arguments))
+    process.start()
+    return process
+
+
+def _run(target: Callable[..., None], *arguments: object) -> None:
+    end_with_parent()
+    target(*arguments)
 
 
 def drive(map_file: Path, folder: Path, seed: int, seconds: float, out: Path) -> None:
@@ -64,8 +77,7 @@ class Driving:
         folder.mkdir()
         self.is_real_time = False
         self._out = folder / "ticks.npz"
-        self.process = SPAWN.Process(target=drive, args=(map_file, folder, seed, seconds, self._out))
-        self.process.start()
+        self.process = _child(drive, map_file, folder, seed, seconds, self._out)
 
     def ticks(self) -> np.ndarray:
         """(n, 2) stamp and wall time of each tick, ns; waits for the drive's end."""
@@ -136,11 +148,9 @@ def recording(folder: Path, pictures: Path, seed: int, segment_s: int) -> Iterat
     memory = Path(tempfile.mkdtemp(dir="/dev/shm" if Path("/dev/shm").is_dir() else None))
     rings = {name: memory / f"{name}.ring" for name in CAMERAS}
     stop, stamps, video = SPAWN.Event(), folder / "stamps.npz", folder / "video"
-    player = SPAWN.Process(target=play, args=(pictures, rings, stamps, stop, seed))
-    player.start()
+    player = _child(play, pictures, rings, stamps, stop, seed)
     cameras = tuple(RecordedCamera(name, CameraEntry("ring"), str(path)) for name, path in rings.items())
-    recorder = SPAWN.Process(target=serve_video, args=(VideoSettings(cameras, segment_s), video, MONOTONIC))
-    recorder.start()
+    recorder = _child(serve_video, VideoSettings(cameras, segment_s), video, MONOTONIC)
     while len({one.camera for one in segments_in(video)}) < len(CAMERAS):
         time.sleep(0.1)
     yield Recording(video, stamps, recorder, player)

@@ -104,8 +104,10 @@ class StoppingRoom(NamedTuple):
     the body's side, so that it can pass people who stand beside the way.
     speed_mps_min  of the creep
     step           how a person may turn into the way
-    person_mps2    how hard a person who walks ahead of the vehicle may brake
+    person_mps2    how hard who rides ahead of the vehicle may brake
     late_s         from a person's first step to braking: detection, tracking, response and pedal delay
+    turn_s         the same when a person who walks ahead slows down first and then turns round; 0 for riders,
+                   who do not
 
     A tuple, so that kernels take it as it is.
     """
@@ -118,11 +120,18 @@ class StoppingRoom(NamedTuple):
     step: SuddenStep = SuddenStep(1.4, 0.5)
     person_mps2: float = 3.0
     late_s: float = 0.55
+    turn_s: float = 0.85
 
 
 # A cyclist or scooter turns in faster than a person walks, brakes harder, and is out of the way as soon.
 RIDER_ROOM = StoppingRoom(
-    aside_m=1.3, speed_mps_min=1.0, step=SuddenStep(2.5, 0.5), person_mps2=4.0, late_s=0.7, response_s=0.55
+    aside_m=1.3,
+    speed_mps_min=1.0,
+    step=SuddenStep(2.5, 0.5),
+    person_mps2=4.0,
+    late_s=0.7,
+    response_s=0.55,
+    turn_s=0.0,
 )
 
 

@@ -8,7 +8,7 @@ from urllib.parse import quote, urlsplit
 import msgspec
 
 from contract.video import CAMERA
-from vehicle_agent.picture_ring import picture_ring_path
+from vehicle_agent.picture_ring import PEOPLE_CAMERA, picture_ring_path
 
 CAMERAS_MAX = 8
 _DEVICE = re.compile(r"/dev/video\d{1,3}$")
@@ -97,6 +97,11 @@ def _address(name: str, entry: CameraEntry, folder: Path, scan_ring: Path) -> st
     if re.fullmatch(CAMERA, name) is None:
         raise ValueError(f"camera {name!r}: a name has small letters, digits and _, and begins with a letter")
     if entry.source == "ring":
+        if name == PEOPLE_CAMERA:
+            raise ValueError(
+                f"camera {name}: this ring is of the profile's [camera], and sharp only where people are "
+                "looked for; choose another name"
+            )
         return str(picture_ring_path(scan_ring, name))
     if _DEVICE.match(entry.source):
         return entry.source

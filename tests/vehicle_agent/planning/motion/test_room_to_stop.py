@@ -11,7 +11,8 @@ from vehicle_agent.planning.motion.agents import early_slots, moving_discs
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import Agents, MotionParams, Vehicle
-from vehicle_agent.planning.motion.speed.occupancy import Occupancy, project_agents, turn_time_s
+from vehicle_agent.planning.motion.speed.occupancy import Occupancy, project_agents
+from vehicle_agent.planning.motion.speed.room_to_stop import turn_time_s
 from vehicle_agent.planning.motion.speed.st_graph import graph
 from vehicle_agent.signals import CYCLIST
 
@@ -155,12 +156,43 @@ def test_who_walks_away_from_the_way_is_passed_sooner_than_who_stands_or_comes()
     assert limits[0] > 2.0 * limits[1] > 2.0 * limits[2]
 
 
-def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_walks_ahead_of_it() -> None:
+def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_stands() -> None:
     x = FRONT + 0.25 + 10.0
-    limits = [
-        float(occupied(people((x, HALF + 0.25, vx, 0.0)))[0].limit_mps[0, 32]) for vx in (1.2, 0.0, -1.2)
+    stands, comes = (
+        float(occupied(people((x, HALF + 0.25, vx, 0.0)))[0].limit_mps[0, 32]) for vx in (0.0, -1.2)
+    )
+    assert stands > comes
+
+
+@settings(max_examples=100, deadline=None)
+@given(ahead_m=st.floats(0.5, 2.4), walks_mps=st.floats(0.3, 2.0))
+def test_a_vehicle_at_its_limit_stops_behind_a_walker_who_turns_round_and_comes_back(
+    ahead_m: float, walks_mps: float
+) -> None:
+    """The closed form against both motions, in small steps."""
+    room, step_s = PARAMS.room, 0.001
+    found, _ = occupied(people((FRONT + 0.25 + ahead_m, 0.0, walks_mps, 0.0)))
+    speed_mps = float(found.limit_mps[0, 0])
+    if speed_mps <= room.speed_mps_min:
+        return
+    late_s = room.response_s + min(walks_mps / room.step.mps, 1.0) * (room.turn_s - room.response_s)
+    t, gap_m, person_mps, vehicle_mps = 0.0, ahead_m, walks_mps, speed_mps
+    while vehicle_mps > 0.0:
+        gap_m += (person_mps - vehicle_mps) * step_s
+        person_mps += (-walks_mps - person_mps) / room.step.rise_s * step_s
+        vehicle_mps -= room.decel_mps2 * step_s if t >= late_s else 0.0
+        t += step_s
+    assert gap_m == pytest.approx(room.ahead_m, abs=0.02) or gap_m > room.ahead_m
+
+
+def test_who_walks_ahead_is_followed_at_their_pace_with_room_for_a_turn() -> None:
+    """At 1.2 m/s: nearer than most cars would, but not at the bumper."""
+    gaps_m = [
+        gap_m
+        for gap_m in np.arange(0.5, 2.4, 0.05)
+        if occupied(people((FRONT + 0.25 + gap_m, 0.0, 1.2, 0.0)))[0].limit_mps[0, 0] >= 1.2
     ]
-    assert limits[0] > limits[1] > limits[2]
+    assert 1.4 < gaps_m[0] < 2.0
 
 
 def rider(x_m: float, aside_m: float, vx_mps: float, vy_mps: float = 0.0) -> Agents:

@@ -55,6 +55,7 @@ def test_sources_are_found(tmp_path: Path) -> None:
         ('[cameras.front]\nsource = "http://10.0.0.7/"', "rtsp"),
         ('[cameras.front]\nsource = "rtsp://me:secret@10.0.0.7/"', "password_file"),
         ('[cameras.front]\nsource = "ring"\nwidth_px = 641', "width_px"),
+        ('[cameras.people]\nsource = "ring"', "choose another name"),
         ('[cameras.front]\nsource = "ring"\nrate_hz = nan', "rate_hz"),
         ('[cameras.front]\nsource = "/dev/video0"\n[cameras.rear]\nsource = "/dev/video0"', "same source"),
         ('[cameras.front]\nsource = "rtsp://h/"\nuser = "u"\npassword_file = "none"', "none"),

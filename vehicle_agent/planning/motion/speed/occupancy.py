@@ -11,16 +11,14 @@ from contract.geometry import Array, BoolArray
 from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
-from vehicle_agent.planning.motion.request import ProjectionParams, StoppingRoom, SuddenStep
+from vehicle_agent.planning.motion.request import ProjectionParams
+from vehicle_agent.planning.motion.speed.room_to_stop import speed_with_room
 from vehicle_agent.planning.motion.speed.speed_limits import law_speed
 
 # The stopping room of a person farther away than this is not checked.
 _ROOM_M, _RIDER_ROOM_M = 2.5, 5.0
 # A rider who goes the vehicle's way at this speed or more may turn in.
 _RIDES_MPS = 1.0
-# A person this far behind the bumper can still step in front of it: until then the vehicle creeps.
-_CORNER_M = 0.3
-_NEWTON_STEPS = 4
 
 
 class Occupancy(msgspec.Struct, frozen=True):
@@ -193,36 +191,12 @@ def _occupy(
             if is_person:
                 if gap < params.law.delta_m_max:
                     limit[t, j] = min(limit[t, j], law_speed(gap, params.law))
-                limit[t, j] = _speed_with_room(at, box, (px, py, vx, vy), radius, params.room, limit[t, j])
+                limit[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.room, limit[t, j])
             elif is_rider and vx * at.cos + vy * at.sin > max(abs(vy * at.cos - vx * at.sin), _RIDES_MPS):
-                limit[t, j] = _speed_with_room(
+                limit[t, j] = speed_with_room(
                     at, box, (px, py, vx, vy), radius, params.rider_room, limit[t, j]
                 )
             j += 1
-
-
-@njit(cache=True)
-def _speed_with_room(
-    at: BoxPose,
-    box: Box,
-    person: tuple[float, float, float, float],
-    radius: float,
-    room: StoppingRoom,
-    limit: float,
-) -> float:
-    """The limit, lowered by the room to stop before a person or rider ahead of the bumper or beside the way.
-
-    person: x, y and velocity
-    """
-    dx, dy, vx, vy = person[0] - at.x_m, person[1] - at.y_m, person[2], person[3]
-    ahead = at.cos * dx + at.sin * dy - box.front_m - radius
-    across = at.cos * dy - at.sin * dx
-    aside = abs(across) - box.half_width_m - radius
-    if ahead + radius > -_CORNER_M and aside < room.aside_m:
-        along_mps = at.cos * vx + at.sin * vy
-        away_mps = (at.cos * vy - at.sin * vx) * (1.0 if across > 0.0 else -1.0)
-        limit = min(limit, _room_speed(ahead, aside, along_mps, away_mps, room))
-    return limit
 
 
 @njit(cache=True)
@@ -233,49 +207,3 @@ def _widen(low: Array, high: Array, by: float) -> None:
             if low[t, a] <= high[t, a]:
                 low[t, a] -= by
                 high[t, a] += by
-
-
-@njit(cache=True)
-def _room_speed(
-    ahead_m: float, aside_m: float, along_mps: float, away_mps: float, room: StoppingRoom
-) -> float:
-    """The speed from which the vehicle stops before the person, or from which it only creeps when a person
-    who turns into the way has come aside_m nearer; the larger of the two.
-
-    It stops in v r + v^2 / 2 a, in which a person who comes towards it keeps their speed, and one who walks
-    ahead of it brakes.
-
-    along_mps, away_mps  how the person walks now, along the path and away from it
-    """
-    comes_mps = max(-along_mps, 0.0)
-    # Who brakes goes on so far; who turns across keeps their speed along the path for about rise_s.
-    goes_m = max(along_mps, 0.0) * min(0.5 * max(along_mps, 0.0) / room.person_mps2, room.step.rise_s)
-    left_m = max(ahead_m + goes_m - comes_mps * room.response_s - room.ahead_m, 0.0)
-    late_s = room.response_s + comes_mps / room.decel_mps2
-    stops_mps: float = room.decel_mps2 * (
-        math.sqrt(late_s * late_s + 2.0 * left_m / room.decel_mps2) - late_s
-    )
-    comes_s = turn_time_s(max(aside_m, 0.0), away_mps, room.step)
-    # What is left by then of the way along the path that the person walks now.
-    along_mps = max(along_mps, 0.0) * math.exp(-comes_s / room.step.rise_s)
-    creeps_mps: float = room.speed_mps_min + along_mps + room.decel_mps2 * max(comes_s - room.late_s, 0.0)
-    return max(stops_mps, creeps_mps)
-
-
-@njit(cache=True)
-def turn_time_s(aside_m: float, away_mps: float, step: SuddenStep) -> float:
-    """How long a person who turns into the way at once takes to come aside_m nearer.
-
-    Their velocity across the path approaches step.mps from away_mps, which is theirs now, with the time
-    constant step.rise_s. Newton's method on aside + (away + mps) rise (1 - exp(-t / rise)) - mps t, which is
-    concave, from beyond its root.
-    """
-    turn_mps = max(away_mps + step.mps, 0.0)
-    t = (aside_m + turn_mps * step.rise_s) / step.mps
-    for _ in range(_NEWTON_STEPS):
-        left = math.exp(-t / step.rise_s)
-        slope = turn_mps * left - step.mps
-        if slope > -1e-6:
-            break
-        t -= (aside_m + turn_mps * step.rise_s * (1.0 - left) - step.mps * t) / slope
-    return max(t, 0.0)
