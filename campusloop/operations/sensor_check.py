@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from vehicle_agent.lidar.cola import START_TURNS
 from vehicle_agent.receivers.gnss_receiver import ReceiverError
 from vehicle_agent.runtime.devices.byte_sources import ByteSourceError, DatagramSource, StreamSource
 from vehicle_agent.runtime.sensors.addresses import Address, AddressError, address_of
@@ -16,9 +17,13 @@ from vehicle_agent.runtime.sensors.streams import set_raw
 from workshop.sensors.gnss_source import GnssCheck
 from workshop.sensors.inertial_source import InertialCheck
 from workshop.sensors.lidar_source import PacketCheck
+from workshop.sensors.scanner_source import ScannerCheck
 from workshop.sensors.source_report import SourceReport
 
-FORMS = "lidar:udp:PORT; gnss: or imu: with udp:PORT, tcp:HOST:PORT or /dev/NAME; a sensors.toml"
+FORMS = (
+    "lidar:udp:PORT; scanner:tcp:HOST:PORT; gnss: or imu: with udp:PORT, tcp:HOST:PORT or /dev/NAME; "
+    "a sensors.toml"
+)
 
 
 class SourceNameError(Exception):
@@ -48,7 +53,7 @@ class LiveSource:
 
 def is_live(name: str) -> bool:
     """Whether this names a live source, not a file."""
-    return name.startswith(("lidar:", *CHECKS))
+    return name.startswith(("lidar:", "scanner:", *CHECKS))
 
 
 def open_source(name: str) -> LiveSource:
@@ -57,6 +62,8 @@ def open_source(name: str) -> LiveSource:
         match name.split(":"):
             case ["lidar", "udp", port] if port.isdigit():
                 return LiveSource(name, DatagramSource(int(port)), PacketCheck())
+            case ["scanner", "tcp", _, _]:
+                return _scanner(name, address_of(name, name.partition(":")[2]))
             case ["gnss" | "imu" as kind, *_]:
                 address = address_of(name, name.partition(":")[2])
                 return LiveSource(name, _opened(address), CHECKS[f"{kind}:"]())
@@ -80,6 +87,7 @@ def open_vehicle(path: Path) -> list[LiveSource]:
         for lidar in settings.lidars:
             check = PacketCheck(lidar.model)
             opened.append(LiveSource(lidar.name, DatagramSource(lidar.port), check))
+        opened += [_scanner(name, address) for name, address in settings.scanners.items()]
         for name, address in settings.addresses.items():
             made = GnssCheck() if name in settings.file.receivers else InertialCheck()
             opened.append(LiveSource(name, _opened(address), made))
@@ -88,6 +96,17 @@ def open_vehicle(path: Path) -> list[LiveSource]:
             live.source.close()
         raise SourceNameError(f"{path}: {error}; does the vehicle's agent run?") from error
     return opened
+
+
+def _scanner(name: str, address: Address) -> LiveSource:
+    """One that is asked for its turns. Raises ByteSourceError."""
+    source = StreamSource.connected(address.host, address.port)
+    try:
+        source.write(START_TURNS)
+    except ByteSourceError:
+        source.close()
+        raise
+    return LiveSource(name, source, ScannerCheck())
 
 
 def _opened(address: Address) -> DatagramSource | StreamSource:

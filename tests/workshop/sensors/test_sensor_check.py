@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from campusloop.cli import app_of
 from campusloop.operations.sensor_check import SourceNameError, listen, open_source
 from tests.vehicle_agent.lidar.packet_bytes import NOON, hesai_packets, square_room
+from tests.vehicle_agent.lidar.sick_telegrams import telegram
 from tests.vehicle_agent.receivers.vectornav_bytes import common
 from vehicle_agent.lidar.models import XT16
 from workshop.sensors.inertial_source import InertialCheck
@@ -113,6 +114,8 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     assert run(str(tmp_path / "none.nmea"))[0] == 2
     for name in (
         "lidar:udp:x",
+        "scanner:udp:2111",
+        "scanner:tcp:127.0.0.1:9",
         "gnss:tcp:127.0.0.1",
         "lidar:/dev/null",
         "gnss:udp:99999999",
@@ -153,6 +156,37 @@ def test_a_live_lidar_and_a_live_receiver_are_listened_to() -> None:
     assert reports[0].messages >= 1
     assert reports[1].messages == 3
     assert reports[1].clock.startswith("off by")
+
+
+def test_a_live_planar_scanner_is_asked_for_turns_and_what_is_wrong_is_found() -> None:
+    server = socket.create_server(("127.0.0.1", 0))
+    scanner = open_source(f"scanner:tcp:127.0.0.1:{server.getsockname()[1]}")
+    connection, _ = server.accept()
+    assert connection.recv(100) == b"\x02sEN LMDscandata 1\x03"
+
+    def send() -> None:
+        for number in range(30):
+            if number != 10:
+                raw = [4_000 if number < 20 else 0] * 541
+                connection.sendall(telegram(raw, counter=number, status=2 if number == 5 else 0))
+            time.sleep(0.02)
+        connection.sendall(b"\x02sSN LMDscandata 1 1\x03")
+        connection.close()
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    (report,) = listen([scanner], 1.5)
+    thread.join()
+    server.close()
+    scanner.source.close()
+    assert report.what == "planar scanner, -135 to 135 degrees in steps of 0.50"
+    assert report.messages == 29
+    assert set(report.findings) >= {
+        "cut_short: 1",
+        "few_returns: 10",
+        "lost_turns: 1",
+        "pollution_warning: 1",
+    }
 
 
 def test_a_port_that_is_taken_and_a_receiver_that_is_away_are_named() -> None:

@@ -99,6 +99,13 @@ class StreamSource:
                 found.append(data)
         return found
 
+    def write(self, data: bytes) -> None:
+        """A short request; ByteSourceError if it cannot be sent."""
+        try:
+            os.write(self._descriptor, data)
+        except OSError as error:
+            raise ByteSourceError(f"nothing can be sent to it ({error.strerror})") from error
+
     def close(self) -> None:
         if self._keep is not None:
             self._keep.close()

@@ -20,7 +20,13 @@ from contract.roads.model import RoadMap
 from contract.runlog.records import RunHeader
 from contract.tracing import NO_SPANS, Spans, SpanSource
 from contract.wire.messages import LATER_KINDS, SCANS_REQUESTED
-from vehicle_agent.device_feed import DatagramPort, DeviceOutputs, DeviceSensors, planar_ring_path
+from vehicle_agent.device_feed import (
+    DatagramPort,
+    DeviceOutputs,
+    DeviceSensors,
+    people_ring_path,
+    planar_ring_path,
+)
 from vehicle_agent.link.keys import code_key
 from vehicle_agent.link.outbox import read_memory
 from vehicle_agent.link.session import Identity
@@ -43,6 +49,7 @@ from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
 from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
+from vehicle_agent.runtime.processes.scanner_process import PlacedScanner, ScannerProcess, serve_scanners
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, Sensors, TickProcess
 from vehicle_agent.runtime.processes.video_process import serve_video
@@ -98,6 +105,20 @@ def run_receivers(place: AgentPlace) -> None:
     assert settings is not None, "only vehicles with a sensors.toml have this process"
     with closing(place.clock.open(f"receivers {vehicle.vehicle_id}")) as clock:
         serve_receivers(ReceiverProcess(settings, vehicle.values_port, clock))
+
+
+def run_scanners(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    vehicle, settings, profile = files.vehicle(), files.sensors(), files.profile()
+    assert settings is not None, "only vehicles with a sensors.toml have this process"
+    ring = Path(vehicle.scan_ring)
+    params = {
+        "planar_scanner": (profile.planar_scanner, planar_ring_path(ring)),
+        "people_scanner": (profile.people_scanner, people_ring_path(ring)),
+    }
+    with closing(place.clock.open(f"scanners {vehicle.vehicle_id}")) as clock:
+        scanners = [PlacedScanner(name, *params[name]) for name in settings.scanners]
+        serve_scanners(ScannerProcess(scanners, settings.scanners, clock))
 
 
 def run_video(place: AgentPlace) -> None:

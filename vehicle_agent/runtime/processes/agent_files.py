@@ -37,7 +37,7 @@ from vehicle_agent.link.keys import load_or_create_key
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
 from vehicle_agent.runtime.processes.localization_files import LocalizationFiles
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
-from vehicle_agent.runtime.sensors.sensors_file import SensorSettings, load_sensors
+from vehicle_agent.runtime.sensors.sensors_file import SensorsError, SensorSettings, load_sensors
 from vehicle_agent.runtime.video.cameras_file import VideoSettings, load_cameras
 from vehicle_agent.stacks.choice import checked_localization_map, localization_kind
 
@@ -128,8 +128,14 @@ class AgentFolder:
         return load_screen_settings(self.root / "screen.toml")
 
     def sensors(self) -> SensorSettings | None:
-        """Raises SensorsError."""
-        return load_sensors(self.root / "sensors.toml")
+        """Raises SensorsError, also for a scanner that the profile does not have."""
+        path = self.root / "sensors.toml"
+        settings = load_sensors(path)
+        for name in settings.scanners if settings is not None else ():
+            profile = self.profile()
+            if getattr(profile, name).rate_hz <= 0.0:
+                raise SensorsError(f"{path}: {profile.name} has no [{name}]: its rate_hz is 0")
+        return settings
 
     def cameras(self) -> VideoSettings | None:
         """Raises CamerasError."""

@@ -11,6 +11,7 @@ from vehicle_agent.runtime.processes.agent import (
     run_localization,
     run_planner,
     run_receivers,
+    run_scanners,
     run_scans,
     run_screen,
     run_tick,
@@ -78,6 +79,8 @@ def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
             jobs.append(Job(f"lidars {name}", run_lidars, (place,)))
         if settings is not None and settings.addresses:
             jobs.append(Job(f"receivers {name}", run_receivers, (place,)))
+        if settings is not None and settings.scanners:
+            jobs.append(Job(f"scanners {name}", run_scanners, (place,)))
         if files.cameras() is not None and not is_installed():
             log.error(
                 "video.not_recorded", vehicle_id=name, reason="PyAV is missing: install it with `make video`"

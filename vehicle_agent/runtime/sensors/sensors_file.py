@@ -79,6 +79,15 @@ class InertialEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     gives: Literal["samples", "samples and position"] = "samples"
 
 
+class ScannerEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A planar scanner that talks CoLa A (SICK LMS1xx, TiM5xx); its place is in the profile.
+
+    source   tcp:HOST:PORT
+    """
+
+    source: str
+
+
 class CorrectionsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Corrections (RTCM) of an NTRIP caster for one receiver.
 
@@ -97,11 +106,14 @@ class CorrectionsEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class SensorsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """extrinsics  a file of `workshop calibrate`, beside this one: lidars without a place are placed by it,
-    from its reference lidar, whose place is here"""
+    from its reference lidar, whose place is here
+    planar_scanner, people_scanner  of the tables with these names in the profile"""
 
     lidars: dict[str, LidarEntry] = {}
     receivers: dict[str, ReceiverEntry] = {}
     inertial: dict[str, InertialEntry] = {}
+    planar_scanner: ScannerEntry | None = None
+    people_scanner: ScannerEntry | None = None
     corrections: CorrectionsEntry | None = None
     extrinsics: str = ""
 
@@ -120,12 +132,14 @@ class SensorSettings(msgspec.Struct, frozen=True):
     """A sensors.toml that was checked.
 
     addresses  of receivers and inertial sensors, by name
+    scanners   addresses of planar scanners, by their names in the profile
     caster     of the corrections, None without them
     """
 
     file: SensorsFile
     lidars: tuple[PlacedLidar, ...]
     addresses: dict[str, Address]
+    scanners: dict[str, Address] = {}
     caster: Caster | None = None
 
 
@@ -144,7 +158,8 @@ def load_sensors(path: Path) -> SensorSettings | None:
 
 
 def _checked(file: SensorsFile, folder: Path) -> SensorSettings:
-    if not (file.lidars or file.receivers or file.inertial):
+    scanners = _scanners(file)
+    if not (file.lidars or file.receivers or file.inertial or scanners):
         raise ValueError("it names no sensor")
     if repeated := set(file.receivers) & set(file.inertial):
         raise ValueError(f"{', '.join(sorted(repeated))}: a receiver and an inertial sensor have one name")
@@ -168,7 +183,18 @@ def _checked(file: SensorsFile, folder: Path) -> SensorSettings:
         secret = file.corrections.password_file
         password = (folder / secret).read_text().strip() if secret else ""
         caster = caster_of(file.corrections.url, file.corrections.user, password)
-    return SensorSettings(file, lidars, addresses, caster)
+    return SensorSettings(file, lidars, addresses, scanners, caster)
+
+
+def _scanners(file: SensorsFile) -> dict[str, Address]:
+    entries = {"planar_scanner": file.planar_scanner, "people_scanner": file.people_scanner}
+    found = {name: address_of(name, entry.source) for name, entry in entries.items() if entry is not None}
+    for name, address in found.items():
+        if address.kind != "tcp":
+            raise ValueError(f"{name}: a planar scanner is reached by tcp:HOST:PORT")
+    if len({(address.host, address.port) for address in found.values()}) < len(found):
+        raise ValueError("planar_scanner and people_scanner have the same address")
+    return found
 
 
 def _lidars(file: SensorsFile, folder: Path) -> tuple[PlacedLidar, ...]:

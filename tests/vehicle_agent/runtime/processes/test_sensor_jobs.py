@@ -12,18 +12,19 @@ from vehicle_agent.runtime.processes import agent_jobs as jobs_of_agents
 from vehicle_agent.runtime.processes.agent import AgentPlace
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
 from vehicle_agent.runtime.processes.agent_jobs import agent_jobs
+from vehicle_agent.runtime.sensors.sensors_file import SensorsError
 
 PLACE = "place = { x_m = 0.0, y_m = 0.0, z_m = 2.0 }\n"
 LIDAR = f'[lidars.roof]\nlisten = "udp:2368"\n{PLACE}'
 INERTIAL = f'[inertial.vn]\nsource = "/dev/ttyUSB0"\n{PLACE}'
 
 
-def a_vehicle(folder: Path, sensors: str | None) -> AgentPlace:
+def a_vehicle(folder: Path, sensors: str | None, profile: Path | None = None) -> AgentPlace:
     files = AgentFolder(folder)
     vehicle = VehicleFile(
         "shuttle-7", "https://127.0.0.1:1", "udp:239.1.1.1:1", 1, 2, 3, str(folder / "scans")
     )
-    files.prepare(vehicle, DEFAULT_MAP, None)
+    files.prepare(vehicle, DEFAULT_MAP, profile)
     if sensors is not None:
         (folder / "sensors.toml").write_text(sensors)
     return AgentPlace(folder, folder / "mail")
@@ -31,7 +32,7 @@ def a_vehicle(folder: Path, sensors: str | None) -> AgentPlace:
 
 def sensor_jobs_of(place: AgentPlace) -> list[str]:
     names = [job.name for job in agent_jobs((place,))]
-    return [name for name in names if name.startswith(("lidars", "receivers"))]
+    return [name for name in names if name.startswith(("lidars", "receivers", "scanners"))]
 
 
 def test_each_kind_of_sensor_has_a_process(tmp_path: Path) -> None:
@@ -40,6 +41,20 @@ def test_each_kind_of_sensor_has_a_process(tmp_path: Path) -> None:
     assert sensor_jobs_of(a_vehicle(tmp_path / "b", INERTIAL)) == ["receivers shuttle-7"]
     both = sensor_jobs_of(a_vehicle(tmp_path / "c", LIDAR + INERTIAL))
     assert both == ["lidars shuttle-7", "receivers shuttle-7"]
+
+
+SCANNERS = '[planar_scanner]\nsource = "tcp:10.0.0.9:2111"\n[people_scanner]\nsource = "tcp:10.0.0.8:2111"\n'
+NUS_CART = Path("vehicle_agent/profiles/nus-cart.toml")
+
+
+def test_a_carts_planar_scanners_have_one_process(tmp_path: Path) -> None:
+    assert sensor_jobs_of(a_vehicle(tmp_path, SCANNERS, NUS_CART)) == ["scanners shuttle-7"]
+
+
+def test_a_scanner_that_the_profile_does_not_have_is_refused(tmp_path: Path) -> None:
+    place = a_vehicle(tmp_path, SCANNERS)
+    with pytest.raises(SensorsError, match=r"has no \[planar_scanner\]: its rate_hz is 0"):
+        AgentFolder(place.folder).sensors()
 
 
 def test_cameras_have_one_process_where_their_library_is_installed(

@@ -84,6 +84,20 @@ def test_a_lidars_own_angles_are_read(tmp_path: Path) -> None:
     assert np.degrees(model.azimuths_rad) == pytest.approx(np.full(16, 0.25))
 
 
+SCANNER = '[people_scanner]\nsource = "tcp:10.0.0.9:2111"\n'
+
+
+def test_planar_scanners_have_the_names_of_the_profile(tmp_path: Path) -> None:
+    both = SCANNER + '[planar_scanner]\nsource = "tcp:10.0.0.9:2112"\n'
+    settings = load_sensors(write(tmp_path, both))
+    assert settings is not None
+    assert {name: (one.host, one.port) for name, one in settings.scanners.items()} == {
+        "people_scanner": ("10.0.0.9", 2111),
+        "planar_scanner": ("10.0.0.9", 2112),
+    }
+    assert settings.lidars == ()
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -105,6 +119,12 @@ def test_a_lidars_own_angles_are_read(tmp_path: Path) -> None:
         (RECEIVER + CORRECTIONS.replace("/MOUNT", ""), "http"),
         (RECEIVER + CORRECTIONS.replace("caster", "me:secret@caster"), "password_file"),
         (RECEIVER + RECEIVER.replace("receivers", "inertial"), "have one name"),
+        (
+            SCANNER.replace("tcp:10.0.0.9:2111", "udp:2111"),
+            "people_scanner: a planar scanner is reached by tcp",
+        ),
+        (SCANNER.replace("tcp:10.0.0.9:2111", "10.0.0.9"), "people_scanner: '10.0.0.9' is none of"),
+        (SCANNER + SCANNER.replace("people", "planar"), "have the same address"),
         (LIDAR + "colour = 1\n", "colour"),
         ("[lidars\n", "line 1"),
     ],
