@@ -10,6 +10,7 @@ from rich.table import Table
 
 from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.calibrate import calibrate_lidars
+from campusloop.commands.calibrate_camera import calibrate_camera
 from campusloop.commands.propose import propose_map
 from campusloop.commands.site_maps import check_empty, map_laser_site, survey_laser
 from campusloop.commands.survey import survey
@@ -23,6 +24,7 @@ EXIT_NOT_WRITTEN = 3
 
 
 app.command("calibrate")(calibrate_lidars)
+app.command("calibrate-camera")(calibrate_camera)
 app.command("survey")(survey)
 app.command("survey-laser")(survey_laser)
 app.command("propose")(propose_map)

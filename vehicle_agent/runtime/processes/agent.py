@@ -34,6 +34,7 @@ from vehicle_agent.localization.scan_map.stored_map import is_of_place
 from vehicle_agent.localization.worker import LocalizationWorker, NoMap
 from vehicle_agent.mission.memory import MissionMemory, order_progress
 from vehicle_agent.onboard.car import Car, initial_state
+from vehicle_agent.picture_ring import PEOPLE_CAMERA, picture_ring_path
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceProcess
@@ -46,6 +47,7 @@ from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_li
 from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
 from vehicle_agent.runtime.processes.localization_switch import LocalizationSwitch
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
+from vehicle_agent.runtime.processes.people_camera_process import PeopleCameraProcess, serve_people_camera
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
 from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
 from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
@@ -119,6 +121,15 @@ def run_scanners(place: AgentPlace) -> None:
     with closing(place.clock.open(f"scanners {vehicle.vehicle_id}")) as clock:
         scanners = [PlacedScanner(name, *params[name]) for name in settings.scanners]
         serve_scanners(ScannerProcess(scanners, settings.scanners, clock))
+
+
+def run_people_camera(place: AgentPlace) -> None:
+    files = AgentFolder(place.folder)
+    vehicle, camera = files.vehicle(), files.people_camera()
+    assert camera is not None, "only vehicles whose cameras.toml names one have this process"
+    ring = picture_ring_path(Path(vehicle.scan_ring), PEOPLE_CAMERA)
+    with closing(place.clock.open(f"camera {vehicle.vehicle_id}")) as clock:
+        serve_people_camera(PeopleCameraProcess(camera, files.profile().camera, ring, clock))
 
 
 def run_video(place: AgentPlace) -> None:

@@ -38,7 +38,8 @@ from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hm
 from vehicle_agent.runtime.processes.localization_files import LocalizationFiles
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError, SensorSettings, load_sensors
-from vehicle_agent.runtime.video.cameras_file import VideoSettings, load_cameras
+from vehicle_agent.runtime.video.cameras_file import CamerasError, VideoSettings, load_cameras
+from vehicle_agent.runtime.video.people_camera import PeopleCamera
 from vehicle_agent.stacks.choice import checked_localization_map, localization_kind
 
 log = structlog.get_logger()
@@ -138,7 +139,23 @@ class AgentFolder:
         return settings
 
     def cameras(self) -> VideoSettings | None:
-        """Raises CamerasError."""
+        """Of the cameras that are recorded; None without any. Raises CamerasError."""
+        settings = self._cameras()
+        return settings if settings is not None and settings.cameras else None
+
+    def people_camera(self) -> PeopleCamera | None:
+        """Raises CamerasError, also for a profile without a camera."""
+        settings = self._cameras()
+        if settings is None or settings.people is None:
+            return None
+        profile = self.profile()
+        if profile.camera.rate_hz <= 0.0:
+            raise CamerasError(
+                f"{self.root / 'cameras.toml'}: {profile.name} has no [camera]: its rate_hz is 0"
+            )
+        return settings.people
+
+    def _cameras(self) -> VideoSettings | None:
         return load_cameras(self.root / "cameras.toml", Path(self.vehicle().scan_ring))
 
     def road_map(self) -> RoadMap:

@@ -1,5 +1,7 @@
 """Which processes vehicles need, by their files."""
 
+from importlib.util import find_spec
+
 import structlog
 
 from vehicle_agent.runtime.processes.agent import (
@@ -9,6 +11,7 @@ from vehicle_agent.runtime.processes.agent import (
     run_lidars,
     run_links,
     run_localization,
+    run_people_camera,
     run_planner,
     run_receivers,
     run_scanners,
@@ -21,6 +24,7 @@ from vehicle_agent.runtime.processes.agent import (
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.supervisor import Job
 from vehicle_agent.runtime.video.library import is_installed
+from vehicle_agent.runtime.video.people_camera import PeopleCamera
 from vehicle_agent.stacks.choice import PLANNING_STACKS, worker_tracks
 
 log = structlog.get_logger()
@@ -81,6 +85,11 @@ def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
             jobs.append(Job(f"receivers {name}", run_receivers, (place,)))
         if settings is not None and settings.scanners:
             jobs.append(Job(f"scanners {name}", run_scanners, (place,)))
+        camera = files.people_camera()
+        if camera is not None and (lacks := _camera_lacks(camera)):
+            log.error("camera.not_read", vehicle_id=name, reason=lacks)
+        elif camera is not None:
+            jobs.append(Job(f"camera {name}", run_people_camera, (place,)))
         if files.cameras() is not None and not is_installed():
             log.error(
                 "video.not_recorded", vehicle_id=name, reason="PyAV is missing: install it with `make video`"
@@ -88,6 +97,15 @@ def sensor_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:
         elif files.cameras() is not None:
             jobs.append(Job(f"video {name}", run_video, (place,)))
     return jobs
+
+
+def _camera_lacks(camera: PeopleCamera) -> str:
+    """Which library is missing to read it, and how to install that; "": none."""
+    if not is_installed():
+        return "PyAV is missing: install it with `make video`"
+    if camera.lens is not None and find_spec("cv2") is None:
+        return "OpenCV is missing, which takes out the lens: install it with `make camera`"
+    return ""
 
 
 def worker_jobs(places: tuple[AgentPlace, ...]) -> list[Job]:

@@ -22,7 +22,7 @@ def pyav() -> ModuleType:
         import av
     except ImportError as error:
         raise VideoLibraryMissing(
-            "recording cameras needs PyAV: install it with `make video`, or `pip install av`"
+            "reading and recording cameras needs PyAV: install it with `make video`, or `pip install av`"
         ) from error
     if "libvpx" not in av.codecs_available:
         raise VideoLibraryMissing(

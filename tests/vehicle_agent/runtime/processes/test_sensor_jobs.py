@@ -13,6 +13,7 @@ from vehicle_agent.runtime.processes.agent import AgentPlace
 from vehicle_agent.runtime.processes.agent_files import AgentFolder, VehicleFile
 from vehicle_agent.runtime.processes.agent_jobs import agent_jobs
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError
+from vehicle_agent.runtime.video.cameras_file import CamerasError
 
 PLACE = "place = { x_m = 0.0, y_m = 0.0, z_m = 2.0 }\n"
 LIDAR = f'[lidars.roof]\nlisten = "udp:2368"\n{PLACE}'
@@ -67,6 +68,21 @@ def test_cameras_have_one_process_where_their_library_is_installed(
         monkeypatch.setattr(jobs_of_agents, "is_installed", lambda is_there=is_there: is_there)
         names = [job.name for job in agent_jobs((place,))]
         assert [name for name in names if name.startswith("video")] == expected
+
+
+def test_a_carts_camera_for_people_has_a_process_and_is_not_recorded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = a_vehicle(tmp_path / "a", None, NUS_CART)
+    (place.folder / "cameras.toml").write_text('[people_camera]\nsource = "/dev/video0"\n')
+    for is_there, expected in ((True, ["camera shuttle-7"]), (False, [])):
+        monkeypatch.setattr(jobs_of_agents, "is_installed", lambda is_there=is_there: is_there)
+        names = [job.name for job in agent_jobs((place,))]
+        assert [name for name in names if name.startswith(("video", "camera"))] == expected
+    without = a_vehicle(tmp_path / "b", None)
+    (without.folder / "cameras.toml").write_text('[people_camera]\nsource = "/dev/video0"\n')
+    with pytest.raises(CamerasError, match=r"has no \[camera\]: its rate_hz is 0"):
+        AgentFolder(without.folder).people_camera()
 
 
 def test_an_agent_whose_sensors_cannot_be_read_does_not_start(

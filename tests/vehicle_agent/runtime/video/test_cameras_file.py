@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from vehicle_agent.perception.camera.lens import Lens
 from vehicle_agent.runtime.video.cameras_file import CamerasError, load_cameras
 
 RING = Path("/dev/shm/scans")
@@ -46,10 +47,27 @@ def test_sources_are_found(tmp_path: Path) -> None:
     }
 
 
+def test_the_camera_for_people_has_a_lens_and_is_not_recorded(tmp_path: Path) -> None:
+    lens = Lens(640, 480, 512.0, 510.0, 324.0, 236.0, (-0.28, 0.09, 0.0, 0.0, 0.0))
+    (tmp_path / "front.toml").write_text(lens.toml())
+    (tmp_path / "cameras.toml").write_text(
+        '[people_camera]\nsource = "/dev/video2"\nheight_px = 720\ncalibration = "front.toml"\n'
+    )
+    settings = load_cameras(tmp_path / "cameras.toml", RING)
+    assert settings is not None
+    assert settings.cameras == ()
+    assert settings.people is not None
+    assert (settings.people.address, settings.people.lens) == ("/dev/video2", lens)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         ("", "cameras"),
+        ('[people_camera]\nsource = "ring"', "another process writes into its ring"),
+        ('[people_camera]\nsource = "rtsp://me:secret@10.0.0.7/"', "password_file"),
+        ('[people_camera]\nsource = "/dev/video0"\ncalibration = "none.toml"', "none.toml"),
+        ('[people_camera]\nsource = "/dev/video0"\n[cameras.a]\nsource = "/dev/video0"', "same source"),
         ("[cameras]", "0 cameras"),
         ('[cameras.Front]\nsource = "ring"', "'Front'"),
         ('[cameras.front]\nsource = "http://10.0.0.7/"', "rtsp"),
