@@ -12,6 +12,7 @@ missed_pct    without a track
 unnamed_pct   with a track of another kind only, of the tracked ones
 no_cell_pct   without an obstacle cell
 neither_pct   with neither: nothing on board knows that something stands there
+velocity_rms_mps  deviation of the velocity of tracks with its kind
 
 A road user who comes into view or reach (five returns, after a second with fewer) has a delay until the first
 track and the first cell.
@@ -64,6 +65,9 @@ def main() -> None:
         "people_in_view_missed_20m_pct": _share(full, "missed_pct"),
         "people_in_view_no_cell_20m_pct": _share(full, "no_cell_pct"),
         "people_neither_20m_pct": _share(near, "neither_pct"),
+        "people_velocity_rms_20m_mps": _velocity_rms_mps(
+            [one for one in found if one.kind == PEDESTRIAN and one.range_m < 20.0]
+        ),
         "people_track_delay_p95_s": people[-1]["track_delay_p95_s"],
         "people_cell_delay_p95_s": people[-1]["cell_delay_p95_s"],
     }
@@ -99,6 +103,7 @@ def _missed(found: list[Sighting]) -> list[Row]:
                         "unnamed_pct": _pct([not one.named for one in some if one.tracked]),
                         "no_cell_pct": _pct([not one.in_cells for one in some]),
                         "neither_pct": _pct([not (one.tracked or one.in_cells) for one in some]),
+                        "velocity_rms_mps": _velocity_rms_mps(some),
                     }
                 )
     return rows
@@ -129,6 +134,11 @@ def _delays(views: list[Appearance]) -> list[Row]:
 
 def _pct(values: list[bool]) -> float | None:
     return 100.0 * float(np.mean(values)) if values else None
+
+
+def _velocity_rms_mps(found: list[Sighting]) -> float | None:
+    off = [one.velocity_off_mps for one in found if one.velocity_off_mps is not None]
+    return float(np.sqrt(np.mean(np.square(off)))) if off else None
 
 
 def _quantile(values: list[float], quantile: float) -> float | None:

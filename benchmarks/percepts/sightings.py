@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contract.geometry import Array, Pose2, inverse, transform_points
+from contract.geometry import Array, IntArray, Pose2, inverse, transform_points
 from simulator.traffic.actors import Bodies
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.signals import ObstaclePercept, TrackPercept
@@ -33,6 +33,7 @@ class Sighting:
     returns   on it
     tracked   there is a track on it; named: of its kind
     in_cells  there is an obstacle cell on it
+    velocity_off_mps  of the nearest track on it that has its kind, None without one
     """
 
     scan: int
@@ -43,6 +44,7 @@ class Sighting:
     tracked: bool
     named: bool
     in_cells: bool
+    velocity_off_mps: float | None = None
 
 
 def sightings(
@@ -61,6 +63,7 @@ def sightings(
     found = []
     to_base = inverse(pose_map)
     places = transform_points(to_base, bodies.poses_map[:, :2])
+    velocities = transform_points(Pose2(0.0, 0.0, to_base.yaw_rad), bodies.velocities_map_mps)
     ahead, aside = places.T
     in_reach = (
         (ahead < grid.reach_front_m - _EDGE_M)
@@ -83,6 +86,7 @@ def sightings(
         returns = int(np.count_nonzero(_within(points_base[near, :2], *outline, _RETURNS_MARGIN_M)))
         on_it = _within(tracks.poses_base[:, :2], *outline, _TRACK_MARGIN_M)
         kind = int(bodies.kinds[k])
+        named = np.flatnonzero(on_it & (tracks.kinds == kind))
         found.append(
             Sighting(
                 scan,
@@ -91,11 +95,17 @@ def sightings(
                 float(np.hypot(x_m, y_m)),
                 returns,
                 bool(on_it.any()),
-                bool((tracks.kinds[on_it] == kind).any()),
+                len(named) > 0,
                 bool(_within(cells.cells_base, *outline, _CELLS_MARGIN_M).any()),
+                _velocity_off_mps(tracks, named, places[k], velocities[k]) if len(named) else None,
             )
         )
     return found
+
+
+def _velocity_off_mps(tracks: TrackPercept, rows: IntArray, place: Array, velocity_mps: Array) -> float:
+    nearest = rows[np.argmin(np.hypot(*(tracks.poses_base[rows, :2] - place).T))]
+    return float(np.hypot(*(tracks.velocities_base_mps[nearest] - velocity_mps)))
 
 
 def _in_another(bodies: Bodies) -> Array:

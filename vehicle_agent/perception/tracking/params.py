@@ -13,6 +13,7 @@ class KindMotion(NamedTuple):
     turn_radps2       the same of the turn rate's change; 0: goes straight
     position_std_m    of a measured middle; and per metre of distance
     speed_std_mps     of a new track without a measured velocity
+    velocity_std_mps  of velocities that a finder measures, scan after scan
     reach_m           a measurement farther from the expected place is another object's
     """
 
@@ -21,6 +22,7 @@ class KindMotion(NamedTuple):
     position_std_m: float
     position_std_per_m: float
     speed_std_mps: float
+    velocity_std_mps: float
     reach_m: float
 
 
@@ -39,7 +41,7 @@ class TrackerParams(NamedTuple):
     shown_scans, shown_share   a missed track is shown for so long, and at most for this share of its hits
     person_mps_max   what moves faster is no pedestrian
     forget           share of the evidence of kinds that is left after a scan
-    velocity_std_mps of velocities that a finder measures
+    born_std_mps     of the measured velocity with which a track begins
     fitted_std_m     of the middle of a box that is fitted to returns, whatever its kind and distance
     score_min        objects with a lower score begin no track
     other_m_max      longest thing of no kind that becomes a track when it moves
@@ -62,7 +64,7 @@ class TrackerParams(NamedTuple):
     shown_share: float = 0.3
     person_mps_max: float = 3.2
     forget: float = 0.9
-    velocity_std_mps: float = 0.4
+    born_std_mps: float = 0.4
     fitted_std_m: float = 0.06
     score_min: float = 0.25
     other_m_max: float = 1.2
@@ -72,10 +74,10 @@ class TrackerParams(NamedTuple):
 
 
 _MOTIONS = {
-    PEDESTRIAN: KindMotion((0.25, 7.0), (0.0, 0.0), 0.055, 0.002, 1.2, 1.5),
-    CYCLIST: KindMotion((0.5, 5.0), (0.1, 1.5), 0.12, 0.004, 3.0, 2.5),
-    VEHICLE: KindMotion((0.4, 4.0), (0.05, 0.5), 0.2, 0.004, 4.0, 3.5),
-    OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 1.5),
+    PEDESTRIAN: KindMotion((0.5, 5.0), (0.0, 0.0), 0.06, 0.002, 1.2, 2.0, 1.5),
+    CYCLIST: KindMotion((0.5, 5.0), (0.1, 1.5), 0.12, 0.004, 3.0, 0.4, 2.5),
+    VEHICLE: KindMotion((0.4, 4.0), (0.05, 0.5), 0.2, 0.004, 4.0, 0.4, 3.5),
+    OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 0.4, 1.5),
 }
 DEFAULT_PARAMS = TrackerParams(motions=tuple(_MOTIONS[kind] for kind in sorted(_MOTIONS)))
 # Evidence never grows beyond this, so that a kind can change.

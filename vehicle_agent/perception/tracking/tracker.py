@@ -109,7 +109,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         near = np.array([motion.position_std_m for motion in motions])
         far = np.array([motion.position_std_per_m for motion in motions])
         measured[:, Z_VAR] = (near + far * ranges) ** 2
-        measured[:, ZV_VAR] = self.params.velocity_std_mps**2
+        measured[:, ZV_VAR] = np.array([motion.velocity_std_mps for motion in motions]) ** 2
         return measured
 
     def _face(
@@ -222,7 +222,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
             speed_var = motion.speed_std_mps**2
             if not math.isnan(z[ZVX]):
                 born.means[row, :, VX:TURN] = z[ZVX:Z_VAR]
-                speed_var = z[ZV_VAR]
+                speed_var = self.params.born_std_mps**2
             turn_var = 0.05 if motion.turn_radps2[1] > 0.0 else 0.0
             born.covariances[row] = np.diag([z[Z_VAR], z[Z_VAR], speed_var, speed_var, turn_var])
             score = min(_SURE, max(_EVEN, float(seen.scores[d])))
