@@ -9,7 +9,7 @@ import numpy as np
 
 from campusloop.scenes.drive import PausableActors, Scene
 from campusloop.scenes.path_map import path_map
-from contract.geometry import Array, arc_lengths, resample
+from contract.geometry import Array, arc_lengths, pose_at, resample
 from contract.roads.load import load_map
 from contract.roads.network import RoadNetwork
 from simulator.sensors.tracker import TrackerNoise
@@ -33,6 +33,8 @@ _EDGE_S = 6.0
 _APPEAR_M = 15.0
 # Around the path's first point; the rear axle starts 5 to 10 m along the path.
 _CLEAR_M = 18.0
+# A start with speed is on a way that bends less, over so much before and behind it.
+_START_BEND_1PM, _BEND_M = 0.07, 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +103,9 @@ def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
     length_m = float(arc_lengths(points)[-1])
     start_s_m = float(rng.uniform(5.0, 10.0))
     start_mps = float(rng.choice((0.0, rng.uniform(0.5, 2.5))))
+    if _bend_1pm(points, start_s_m) > _START_BEND_1PM:
+        # A vehicle that drives in a bend has its wheels turned, and a scene begins with straight ones.
+        start_mps = 0.0
     noise = TrackerNoise(
         position_std_m=float(rng.uniform(0.03, 0.12)),
         velocity_std_mps=float(rng.uniform(0.05, 0.2)),
@@ -122,6 +127,13 @@ def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
         options=WorldOptions(traffic=None, tracker=noise),
     )
     return RandomScene(scene, path_name, crowd_name, density, removed)
+
+
+def _bend_1pm(points: Array, s_m: float) -> float:
+    """Of the way about s_m, over some metres: lanes are polylines."""
+    s = arc_lengths(points)
+    before, after = (pose_at(points, s, s_m + side_m)[2] for side_m in (-_BEND_M, _BEND_M))
+    return abs(math.remainder(after - before, 2.0 * math.pi)) / (2.0 * _BEND_M)
 
 
 def _path(found: SceneSources, rng: np.random.Generator) -> tuple[str, Array, float]:

@@ -51,6 +51,23 @@ def test_both_kinds_of_crowds_and_of_paths_are_drawn(recordings: Path) -> None:
     assert any(one.people_per_100m2 > 4.0 for one in drawn)
 
 
+def test_a_vehicle_that_begins_with_a_speed_begins_on_a_way_that_its_wheels_follow(recordings: Path) -> None:
+    """A scene's wheels are straight at first: 2.5 m/s into a bend would end beside the lane."""
+    found = scene_sources(MAPS, recordings)
+    moving = 0
+    for seed in range(9_200, 9_300):
+        scene = draw_scene(found, Profile(), seed).scene
+        (lane,) = scene.road_map.lanes
+        points = np.array(lane.points)
+        s_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
+        near = points[np.abs(s_m - scene.start_s_m) < 2.0]
+        turn = np.unwrap(np.arctan2(*np.diff(near, axis=0).T[::-1]))
+        if scene.start_mps > 0.0:
+            moving += 1
+            assert abs(turn[-1] - turn[0]) < 0.3
+    assert moving > 25
+
+
 def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordingError):
         scene_sources((), tmp_path)
