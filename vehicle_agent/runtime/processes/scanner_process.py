@@ -51,7 +51,8 @@ class PlacedScanner:
         """came_ns: when the turn's telegram came."""
         self._tell(turn)
         age_s = turn.age_s if turn.age_s <= _AGE_S_MAX else float(turn.offsets_s[-1] - turn.offsets_s[0])
-        stamp_ns = came_ns - round(1e9 * (age_s + float(turn.offsets_s[0])))
+        # A scanner that says less than its turn takes is not believed: nothing is seen before it happens.
+        stamp_ns = came_ns - max(round(1e9 * (age_s + float(turn.offsets_s[0]))), 0)
         if stamp_ns < self._due_ns:
             return
         period_ns = round(1e9 / self._params.rate_hz)

@@ -93,6 +93,17 @@ def test_turns_lie_in_the_vehicles_frame_and_are_stamped_by_their_middle(tmp_pat
     asyncio.run(run())
 
 
+def test_no_turn_is_stamped_after_it_came(tmp_path: Path) -> None:
+    """Also of a scanner whose clock says that a turn of 15 ms took 1 ms."""
+    scanner = PlacedScanner("planar_scanner", PARAMS, tmp_path / "ring")
+    turn = turn_of(TelegramReader().add(telegram([4_000] * 541, age_us=1_000))[0])
+    assert turn is not None
+    scanner.take(10**12, turn)
+    newest = ScanRing(tmp_path / "ring", create=False).newest()
+    assert newest is not None
+    assert newest.stamp_ns == 10**12
+
+
 @pytest.mark.parametrize(("rate_hz", "expected"), [(50.0, 200), (25.0, 100), (10.0, 40)])
 def test_a_scanner_that_turns_oftener_than_the_profile_says_is_thinned(
     tmp_path: Path, rate_hz: float, expected: int
