@@ -49,11 +49,12 @@ from vehicle_agent.runtime.processes.localization_switch import LocalizationSwit
 from vehicle_agent.runtime.processes.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.people_camera_process import PeopleCameraProcess, serve_people_camera
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
-from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess, serve_receivers
+from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess
 from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
-from vehicle_agent.runtime.processes.scanner_process import PlacedScanner, ScannerProcess, serve_scanners
+from vehicle_agent.runtime.processes.scanner_process import PlacedScanner, ScannerProcess
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, Sensors, TickProcess
+from vehicle_agent.runtime.processes.until_stopped import run_until_stopped
 from vehicle_agent.runtime.processes.video_process import serve_video
 from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
@@ -106,7 +107,7 @@ def run_receivers(place: AgentPlace) -> None:
     vehicle, settings = files.vehicle(), files.sensors()
     assert settings is not None, "only vehicles with a sensors.toml have this process"
     with closing(place.clock.open(f"receivers {vehicle.vehicle_id}")) as clock:
-        serve_receivers(ReceiverProcess(settings, vehicle.values_port, clock))
+        run_until_stopped(ReceiverProcess(settings, vehicle.values_port, clock).run)
 
 
 def run_scanners(place: AgentPlace) -> None:
@@ -120,7 +121,7 @@ def run_scanners(place: AgentPlace) -> None:
     }
     with closing(place.clock.open(f"scanners {vehicle.vehicle_id}")) as clock:
         scanners = [PlacedScanner(name, *params[name]) for name in settings.scanners]
-        serve_scanners(ScannerProcess(scanners, settings.scanners, clock))
+        run_until_stopped(ScannerProcess(scanners, settings.scanners, clock).run)
 
 
 def run_people_camera(place: AgentPlace) -> None:

@@ -4,7 +4,6 @@ A sensor whose stream ends or cannot be opened is opened again, and none waits f
 """
 
 import asyncio
-import signal
 import ssl
 from collections.abc import Callable, Sequence
 
@@ -168,18 +167,6 @@ class ReceiverProcess:
                 await stream.write(corrections)
         except OSError as error:
             log.warning("corrections.not_taken", error=str(error) or "the receiver takes nothing")
-
-
-def serve_receivers(process: ReceiverProcess) -> None:
-    """Until SIGTERM."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    async def serve() -> None:
-        stop = asyncio.Event()
-        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, stop.set)
-        await process.run(stop)
-
-    asyncio.run(serve())
 
 
 async def _within(reader: asyncio.StreamReader, seconds: float) -> bytes | None:

@@ -4,7 +4,6 @@ A scanner that ends, is silent or cannot be reached is asked again, and none wai
 """
 
 import asyncio
-import signal
 from pathlib import Path
 
 import numpy as np
@@ -185,15 +184,3 @@ def points_base(turn: PlanarTurn, params: PlanarScanner) -> Array:
     x, y = turn.ranges_m * np.cos(angles), turn.ranges_m * np.sin(angles)
     points: Array = np.column_stack((params.x_m + x, params.y_m + y, np.full(len(angles), params.z_m)))
     return points
-
-
-def serve_scanners(process: ScannerProcess) -> None:
-    """Until SIGTERM."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    async def serve() -> None:
-        stop = asyncio.Event()
-        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, stop.set)
-        await process.run(stop)
-
-    asyncio.run(serve())
