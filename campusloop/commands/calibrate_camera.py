@@ -36,10 +36,10 @@ def calibrate_camera(
         if not pictures:
             raise LensPicturesError(f"{folder} has no pictures ({', '.join(sorted(_PICTURES))})")
         found = lens_of(pictures, *_corners(board), 1e-3 * square_mm)
-    except (LensPicturesError, CameraLibraryMissing) as error:
+        out.write_text(found.lens.toml())
+    except (LensPicturesError, CameraLibraryMissing, OSError) as error:
         console.print(f"[red]{escape(str(error))}[/red]", soft_wrap=True, highlight=False)
         raise typer.Exit(EXIT_BAD_INPUT) from error
-    out.write_text(found.lens.toml())
     table = Table("picture", "corners off (px)")
     for name, off_px in found.rms_px.items():
         table.add_row(name, "no whole board" if off_px is None else f"{off_px:.3f}")

@@ -64,6 +64,21 @@ def test_a_road_user_is_found_where_it_is_whatever_its_heading() -> None:
     assert abs(person.range_m - np.hypot(12.0, 3.0)) < 1e-6
 
 
+def test_a_velocity_is_compared_in_the_vehicles_frame_and_with_the_nearest_track_of_the_kind() -> None:
+    others = bodies((PEDESTRIAN, 97.0, 62.0, 0.0))
+    # West in the map is to the left of a vehicle that looks north.
+    others.velocities_map_mps[:] = (-1.2, 0.0)
+    near, far = (PEDESTRIAN, 12.1, 3.0), (PEDESTRIAN, 12.5, 3.3)
+    tracks = tracks_at(far, near, (CYCLIST, 12.0, 3.0))
+    tracks.velocities_base_mps[:] = (5.0, 5.0), (0.0, 0.9), (5.0, 5.0)
+    (person,) = sightings(0, np.zeros((0, 3)), others, POSE, cells_at(), tracks, GRID)
+    assert person.velocity_off_mps is not None
+    assert abs(person.velocity_off_mps - 0.3) < 1e-9
+    cyclist = tracks_at((CYCLIST, 12.0, 3.0))
+    (unnamed,) = sightings(0, np.zeros((0, 3)), others, POSE, cells_at(), cyclist, GRID)
+    assert unnamed.velocity_off_mps is None
+
+
 def test_who_stands_in_a_car_is_left_out_and_so_is_the_car() -> None:
     others = bodies(
         (VEHICLE, 100.0, 62.0, 0.0), (PEDESTRIAN, 101.5, 62.5, 1.0), (PEDESTRIAN, 101.5, 63.4, 1.0)

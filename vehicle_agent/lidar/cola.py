@@ -185,8 +185,9 @@ class _Words:
         """A 32-bit float as its eight digits; an ASCII decimal with a sign, too."""
         word = self._next()
         if word[:1] in (b"+", b"-"):
-            return float(word)
-        value: float = struct.unpack(">f", int(word, 16).to_bytes(4, "big"))[0]
+            value = float(word)
+        else:
+            value = struct.unpack(">f", int(word, 16).to_bytes(4, "big"))[0]
         if not math.isfinite(value):
             raise ValueError(word)
         return value

@@ -54,9 +54,12 @@ def lens_of(pictures: list[Path], columns: int, rows: int, square_m: float) -> L
             f"the board of {columns} x {rows} inner corners is whole in {len(seen)} of {len(pictures)} "
             f"pictures; {PICTURES_MIN} are needed, from different sides"
         )
-    rms_px, K, distortion, _, _, _, _, by_picture = cv2.calibrateCameraExtended(
-        [board] * len(seen), list(seen.values()), size, None, None
-    )
+    try:
+        rms_px, K, distortion, _, _, _, _, by_picture = cv2.calibrateCameraExtended(
+            [board] * len(seen), list(seen.values()), size, None, None
+        )
+    except cv2.error as error:
+        raise LensPicturesError("no lens fits these pictures; hold the board from different sides") from error
     if rms_px > _RMS_PX_MAX:
         raise LensPicturesError(
             f"corners lie {rms_px:.2f} px off; sharper pictures of a flat board are needed "
@@ -69,15 +72,18 @@ def lens_of(pictures: list[Path], columns: int, rows: int, square_m: float) -> L
             f"the board was seen in {100 * reach[0]:.0f} % of the width and {100 * reach[1]:.0f} % of the "
             f"height; hold it into all corners too ({100 * _REACH_MIN:.0f} % are needed)"
         )
-    lens = Lens(
-        width_px=size[0],
-        height_px=size[1],
-        fx_px=round(float(K[0, 0]), 3),
-        fy_px=round(float(K[1, 1]), 3),
-        cx_px=round(float(K[0, 2]), 3),
-        cy_px=round(float(K[1, 2]), 3),
-        distortion=tuple(round(float(value), 6) for value in np.ravel(distortion)[:5]),
-        rms_px=round(float(rms_px), 3),
-    )
+    try:
+        lens = Lens(
+            width_px=size[0],
+            height_px=size[1],
+            fx_px=round(float(K[0, 0]), 3),
+            fy_px=round(float(K[1, 1]), 3),
+            cx_px=round(float(K[0, 2]), 3),
+            cy_px=round(float(K[1, 2]), 3),
+            distortion=tuple(round(float(value), 6) for value in np.ravel(distortion)[:5]),
+            rms_px=round(float(rms_px), 3),
+        )
+    except ValueError as error:
+        raise LensPicturesError(f"the lens that fits best is none: {error}; take other pictures") from error
     left = dict(zip(seen, np.ravel(by_picture).tolist(), strict=True))
     return LensFound(lens, {name: left.get(name) for name in found}, (float(reach[0]), float(reach[1])))

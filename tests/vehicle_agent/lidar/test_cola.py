@@ -110,6 +110,7 @@ GOOD = telegram([3_000] * 4)[1:-1]
         (GOOD.replace(b" BB8 ", b" BX8 ", 1), "bad_number"),
         (GOOD.replace(b"3F800000", b"7F800000"), "bad_number"),
         (GOOD.replace(b"3F800000", b"BF800000"), "bad_number"),
+        (GOOD.replace(b"3F800000", b"+nan"), "bad_number"),
         (GOOD.replace(b" 1388 4 ", b" 0 4 "), "bad_geometry"),
         (GOOD.replace(b" 1388 4 ", b" FFFF 7FFFFFFF "), "bad_geometry"),
         (GOOD.replace(b"FFF92230", b"6FFFFFFF"), "bad_geometry"),

@@ -29,6 +29,8 @@ def test_the_lens_of_a_camera_is_found_from_its_pictures(tmp_path: Path) -> None
     assert (lens.fx_px, lens.fy_px) == (pytest.approx(512.0, rel=0.01), pytest.approx(510.0, rel=0.01))
     assert (lens.cx_px, lens.cy_px) == (pytest.approx(324.0, abs=4.0), pytest.approx(236.0, abs=4.0))
     assert lens.rms_px < 0.3
+    code, said = run(str(tmp_path), "--out", str(tmp_path / "nowhere" / "front.toml"))
+    assert (code, "No such file" in said) == (2, True)
     # What matters: where a ray is seen. Half-way to the corners it is within a pixel.
     cv2 = pytest.importorskip("cv2")
     rays = np.array([[x, y, 1.0] for x in (-0.35, 0.0, 0.35) for y in (-0.25, 0.25)])

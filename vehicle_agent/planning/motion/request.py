@@ -104,7 +104,7 @@ class StoppingRoom(NamedTuple):
     the body's side, so that it can pass people who stand beside the way.
     speed_mps_min  of the creep
     step           how a person may turn into the way
-    person_mps2    how hard who rides ahead of the vehicle may brake
+    rider_mps2     how hard a rider ahead of the vehicle may brake
     late_s         from a person's first step to braking: detection, tracking, response and pedal delay
     turn_s         the same when a person who walks ahead slows down first and then turns round; 0 for riders,
                    who do not
@@ -118,7 +118,7 @@ class StoppingRoom(NamedTuple):
     aside_m: float = 1.0
     speed_mps_min: float = 0.25
     step: SuddenStep = SuddenStep(1.4, 0.5)
-    person_mps2: float = 3.0
+    rider_mps2: float = 4.0
     late_s: float = 0.55
     turn_s: float = 0.85
 
@@ -128,7 +128,6 @@ RIDER_ROOM = StoppingRoom(
     aside_m=1.3,
     speed_mps_min=1.0,
     step=SuddenStep(2.5, 0.5),
-    person_mps2=4.0,
     late_s=0.7,
     response_s=0.55,
     turn_s=0.0,

@@ -229,7 +229,7 @@ def test_a_vehicle_at_its_limit_stops_behind_a_rider_who_turns_across_or_is_slow
     comes_s = turn_time_s(aside_m - (0.3 * 2.0**0.5 - 0.3), 0.0, room.step)
     along_mps = mps * np.exp(-comes_s / room.step.rise_s)
     stops_m = room.response_s * v + v**2 / (2.0 * room.decel_mps2)
-    goes_m = mps * min(0.5 * mps / room.person_mps2, room.step.rise_s)
+    goes_m = mps * min(0.5 * mps / room.rider_mps2, room.step.rise_s)
     met_mps = v - room.decel_mps2 * max(comes_s - room.late_s, 0.0)
     slow_mps = room.speed_mps_min + along_mps
     assert stops_m <= ahead_m + goes_m - room.ahead_m + 1e-3 or met_mps <= slow_mps + 1e-3

@@ -55,14 +55,14 @@ def _room_speed(
     else:
         comes_mps = max(-along_mps, 0.0)
         # Who brakes goes on so far; who turns across keeps their speed along the path for about rise_s.
-        goes_m = max(along_mps, 0.0) * min(0.5 * max(along_mps, 0.0) / room.person_mps2, room.step.rise_s)
+        goes_m = max(along_mps, 0.0) * min(0.5 * max(along_mps, 0.0) / room.rider_mps2, room.step.rise_s)
         left_m = ahead_m + goes_m - comes_mps * room.response_s - room.ahead_m
         stops_mps = _stoppable(left_m, room.response_s + comes_mps / room.decel_mps2, room.decel_mps2)
     comes_s = turn_time_s(max(aside_m, 0.0), away_mps, room.step)
     # What is left by then of the way along the path that the person walks now.
     along_mps = max(along_mps, 0.0) * math.exp(-comes_s / room.step.rise_s)
     if room.turn_s > 0.0:
-        # Who walks in the way ahead is not crept up to at their own pace: they may turn round.
+        # The vehicle does not creep up to a person in its way at their own pace: they may turn round.
         along_mps *= min(max(aside_m, 0.0) / _BESIDE_M, 1.0)
     creeps_mps: float = room.speed_mps_min + along_mps + room.decel_mps2 * max(comes_s - room.late_s, 0.0)
     return max(stops_mps, creeps_mps)
