@@ -170,6 +170,22 @@ def update(means: Array, covariances: Array, weights: Array, rows: np.ndarray, m
             weights[t, m] /= total
 
 
+def doubt_velocities(
+    means: Array, weights: Array, rows: np.ndarray, measured: Array, agree_mps: Array, doubted_mps: Array
+) -> None:
+    """Raises the variance of measured velocities that disagree with their tracks, in place.
+
+    rows (k,) of the tracks, measured (k, 6); agree_mps, doubted_mps (k,) as in `KindMotion`
+
+    A finder that measures a shift between two turns takes another person's points for it now and then. Such
+    a velocity is far from what the places say, whereas that of who sets off is near it in each scan.
+    """
+    own = np.einsum("km,kms->ks", weights[rows], means[rows][:, :, VX:TURN])
+    off = np.hypot(measured[:, ZVX] - own[:, 0], measured[:, ZVY] - own[:, 1])
+    doubted = off > agree_mps
+    measured[doubted, ZV_VAR] = doubted_mps[doubted] ** 2
+
+
 @njit(cache=True)
 def gate_distances(mean: Array, covariance: Array, measured: Array) -> tuple[Array, Array]:
     """((n, k) squared Mahalanobis distances of positions, (n, k) logarithms of the spread's determinant).

@@ -14,6 +14,8 @@ class KindMotion(NamedTuple):
     position_std_m    of a measured middle; and per metre of distance
     speed_std_mps     of a new track without a measured velocity
     velocity_std_mps  of velocities that a finder measures, scan after scan
+    agree_mps         one that is farther from the track's own has doubted_mps in its place
+    doubted_mps       standard deviation of those that disagree
     reach_m           a measurement farther from the expected place is another object's
     """
 
@@ -23,6 +25,8 @@ class KindMotion(NamedTuple):
     position_std_per_m: float
     speed_std_mps: float
     velocity_std_mps: float
+    agree_mps: float
+    doubted_mps: float
     reach_m: float
 
 
@@ -74,10 +78,10 @@ class TrackerParams(NamedTuple):
 
 
 _MOTIONS = {
-    PEDESTRIAN: KindMotion((0.5, 5.0), (0.0, 0.0), 0.06, 0.002, 1.2, 2.0, 1.5),
-    CYCLIST: KindMotion((0.5, 5.0), (0.1, 1.5), 0.12, 0.004, 3.0, 0.4, 2.5),
-    VEHICLE: KindMotion((0.4, 4.0), (0.05, 0.5), 0.2, 0.004, 4.0, 0.4, 3.5),
-    OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 0.4, 1.5),
+    PEDESTRIAN: KindMotion((1.0, 5.0), (0.0, 0.0), 0.06, 0.0, 1.2, 0.25, 1.0, 2.0, 1.5),
+    CYCLIST: KindMotion((0.5, 5.0), (0.1, 1.5), 0.12, 0.004, 3.0, 0.4, math.inf, 0.4, 2.5),
+    VEHICLE: KindMotion((0.4, 4.0), (0.05, 0.5), 0.2, 0.004, 4.0, 0.4, math.inf, 0.4, 3.5),
+    OTHER: KindMotion((0.2, 2.0), (0.0, 0.0), 0.12, 0.004, 0.8, 0.4, math.inf, 0.4, 1.5),
 }
 DEFAULT_PARAMS = TrackerParams(motions=tuple(_MOTIONS[kind] for kind in sorted(_MOTIONS)))
 # Evidence never grows beyond this, so that a kind can change.

@@ -17,6 +17,7 @@ from vehicle_agent.perception.tracking.motion import (
     ZVX,
     ZX,
     combined,
+    doubt_velocities,
     predict,
     update,
 )
@@ -169,7 +170,12 @@ class ObjectTracker(msgspec.Struct, frozen=True):
             if kinds[t] == VEHICLE and reaches_into(seen.poses_base[d], seen.sizes_m[d], self.blind_m):
                 shrink = 0.0
             tracks.sizes_m[t] += np.where(off > 0.0, _GROW, shrink) * off
-        update(tracks.means, tracks.covariances, tracks.weights, rows, measured[columns])
+        own = measured[columns]
+        motions = [params.motions[int(kind)] for kind in seen.kinds[columns]]
+        agree_mps = np.array([motion.agree_mps for motion in motions])
+        doubted_mps = np.array([motion.doubted_mps for motion in motions])
+        doubt_velocities(tracks.means, tracks.weights, rows, own, agree_mps, doubted_mps)
+        update(tracks.means, tracks.covariances, tracks.weights, rows, own)
         straight = (kinds != VEHICLE) & (kinds != CYCLIST)
         tracks.means[straight, :, TURN] = 0.0
         speed = np.hypot(tracks.means[:, 0, VX], tracks.means[:, 0, VX + 1])

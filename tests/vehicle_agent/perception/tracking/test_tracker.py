@@ -93,6 +93,27 @@ def test_measured_velocities_that_are_wrong_now_and_then_do_not_turn_a_person() 
     assert max(off_mps) < 1.0
 
 
+def test_a_person_who_sets_off_gently_is_followed_by_measured_shifts() -> None:
+    """1 m/s2 for a second; shifts with the errors of recorded crowds, places with those of a network."""
+    behind_mps = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        state = TRACKER.initial()
+        for number in range(30):
+            since_s = max(0.0, 0.1 * (number - 20))
+            speed_mps, way_m = since_s, 0.5 * since_s**2
+            found = seen(number, np.array([[8.0, 2.0 - way_m]]) + rng.normal(0.0, 0.04, (1, 2)))
+            with_shift = SeenObjects(
+                found.stamp_ns, found.kinds, found.scores, found.poses_base, found.sizes_m,
+                np.array([[0.0, -speed_mps]]) + rng.normal(0.0, 0.2, (1, 2)),
+            )  # fmt: skip
+            percept, state = TRACKER.step(state, with_shift, HERE)
+            if number > 24:
+                behind_mps.append(speed_mps + float(percept.velocities_base_mps[0, 1]))
+    assert np.mean(behind_mps) < 0.2
+    assert np.percentile(behind_mps, 95) < 0.45
+
+
 def test_who_stands_has_almost_no_velocity() -> None:
     percepts, _ = tracked(walk(60, (10.0, 2.0), (0.0, 0.0)))
     speeds = [float(np.hypot(*p.velocities_base_mps[0])) for p in percepts[10:]]
