@@ -14,6 +14,8 @@ class SeenObjects(msgspec.Struct, frozen=True):
     sizes_m (n, 3)       length along yaw, width, height
     velocities_base_mps  (n, 2) over ground, along the axes of that base frame; NaN where the finder has none
     is_fitted (n,)       bool: the box is fitted to the returns of two sides, to some cm; empty: none is
+    visible_m (n,)       height of the part that returns show, from its lowest to its top; NaN where that was
+                         not looked at; empty: nowhere
     """
 
     stamp_ns: int
@@ -23,10 +25,15 @@ class SeenObjects(msgspec.Struct, frozen=True):
     sizes_m: np.ndarray
     velocities_base_mps: np.ndarray
     is_fitted: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
+    visible_m: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0))
 
     def fitted(self) -> np.ndarray:
         """(n,) bool: `is_fitted`, also where it is empty."""
         return self.is_fitted if len(self.is_fitted) else np.zeros(len(self.kinds), np.bool_)
+
+    def visible(self) -> np.ndarray:
+        """(n,) `visible_m`, also where it is empty."""
+        return self.visible_m if len(self.visible_m) else np.full(len(self.kinds), np.nan)
 
 
 class EgoMotion(msgspec.Struct, frozen=True, tag="ego_motion"):

@@ -25,6 +25,10 @@ from vehicle_agent.stacks.rooms import scan_thinning
 _OWN_M = 0.25
 # Nearer to the outline, the bonnet of a car is below the lowest beams.
 _BLIND_M = 1.7
+# So far before the bumper, and so far beside the front corner, all of a person may be below them.
+_BELOW_AHEAD_M, _BELOW_ASIDE_M = 3.5, 1.0
+# Who stands so far behind the bumper, beside the vehicle, does not step before it.
+_FRONT_CORNER_M = 0.5
 
 
 def tracks_worker(profile: Profile) -> TracksWorker:
@@ -96,7 +100,12 @@ def point_perception(profile: Profile) -> PointPerception:
             body_half_width_m=half_m,
         ),
         tracker=ObjectTracker(
-            blind_m=(-body.rear_overhang_m - _BLIND_M, body.front_overhang_m + _BLIND_M, half_m + _BLIND_M)
+            blind_m=(-body.rear_overhang_m - _BLIND_M, body.front_overhang_m + _BLIND_M, half_m + _BLIND_M),
+            below_beams_m=(
+                body.front_overhang_m - _FRONT_CORNER_M,
+                body.front_overhang_m + _BELOW_AHEAD_M,
+                half_m + _BELOW_ASIDE_M,
+            ),
         ),
     )
 

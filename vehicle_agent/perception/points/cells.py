@@ -101,6 +101,24 @@ def heights_above(
 
 
 @njit(cache=True)
+def lowest_heights(
+    points: np.ndarray, heights_m: np.ndarray, cell_of: np.ndarray, places: Array, within_m: float
+) -> Array:
+    """(k,) the lowest return within within_m of places (k, 2), above ground; inf: none is there.
+
+    points (n, 3), heights_m (n,), cell_of (n,) as `PointHeights` has them; the vehicle's own do not count
+    """
+    lowest = np.full(len(places), np.inf)
+    reach = within_m * within_m
+    for k in range(len(places)):
+        for p in range(points.shape[0]):
+            dx, dy = points[p, 0] - places[k, 0], points[p, 1] - places[k, 1]
+            if dx * dx + dy * dy <= reach and cell_of[p] >= 0 and heights_m[p] < lowest[k]:
+                lowest[k] = heights_m[p]
+    return lowest
+
+
+@njit(cache=True)
 def obstacle_cells(
     top: np.ndarray, up: np.ndarray, ground: np.ndarray, seen: np.ndarray, grid: PointGrid
 ) -> np.ndarray:

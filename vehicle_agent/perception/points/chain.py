@@ -4,14 +4,18 @@ import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
-from vehicle_agent.perception.points.cells import percept_of, point_heights
+from vehicle_agent.perception.points.cells import PointHeights, lowest_heights, percept_of, point_heights
 from vehicle_agent.perception.points.clusters import ClusterParams, objects_of_points
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.points.union import union
+from vehicle_agent.perception.tracking.below_beams import is_within
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.perception.tracking.tracks import ObjectTrackerState
 from vehicle_agent.signals import ObstaclePercept, TrackPercept
 from vehicle_agent.signals.objects import SeenObjects
+
+# A return so near to an object's middle is its own, or the ground's at its feet.
+_AROUND_M = 0.4
 
 
 class PointPerception(msgspec.Struct, frozen=True):
@@ -52,5 +56,20 @@ class PointPerception(msgspec.Struct, frozen=True):
         seen = objects_of_points(points, heights, stamp_ns, self.grid, self.clusters)
         if found is not None:
             seen = union(seen, found)
+        seen = self._with_visible_heights(seen, points, heights)
         tracks, state = self.tracker.step(state, seen, pose_map)
         return cells, tracks, state
+
+    def _with_visible_heights(
+        self, seen: SeenObjects, points: np.ndarray, heights: PointHeights
+    ) -> SeenObjects:
+        """The objects, with the height of their visible part where all of a person may be below the beams."""
+        begin, end, side = self.tracker.below_beams_m
+        places = seen.poses_base[:, :2]
+        area = (begin - _AROUND_M, end + _AROUND_M, side + _AROUND_M)
+        near = np.flatnonzero(is_within(places, area))
+        visible_m = np.full(len(places), np.nan)
+        if len(near):
+            lowest = lowest_heights(points, heights.heights_m, heights.cell_of, places[near], _AROUND_M)
+            visible_m[near] = np.where(np.isfinite(lowest), seen.sizes_m[near, 2] - lowest, np.nan)
+        return msgspec.structs.replace(seen, visible_m=visible_m)

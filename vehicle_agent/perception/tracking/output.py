@@ -63,7 +63,7 @@ def _shown(
     tracks: TrackTable, kinds: np.ndarray, mean: Array, velocities: Array, params: TrackerParams
 ) -> BoolArray:
     scans = np.minimum(params.shown_scans, 1 + params.shown_share * tracks.hits)
-    shown: BoolArray = tracks.is_confirmed & (tracks.misses <= scans)
+    shown: BoolArray = tracks.is_confirmed & ((tracks.misses <= scans) | tracks.is_below)
     moved = np.hypot(mean[:, 0] - tracks.begins_map[:, 0], mean[:, 1] - tracks.begins_map[:, 1])
     moves = (
         (moved >= params.moved_m)

@@ -51,6 +51,10 @@ class TrackerParams(NamedTuple):
     other_m_max      longest thing of no kind that becomes a track when it moves
     moved_m          and how far it must have moved
     still            squared deviation at which a velocity counts half: jitter of what stands is smaller
+    top_only_m       of a person no more than this height was seen last: the beams pass over the rest
+    below_scans      a person who then vanishes before the bumper stays there for so long
+    below_drift      share of their velocity that is left after each of these scans
+    below_reach_m    who appears so near to them without a track is them
     gap_s_max        after a longer gap all tracks end
     """
 
@@ -74,6 +78,10 @@ class TrackerParams(NamedTuple):
     other_m_max: float = 1.2
     moved_m: float = 1.2
     still: float = 1.0
+    top_only_m: float = 0.4
+    below_scans: int = 300
+    below_drift: float = 0.8
+    below_reach_m: float = 2.5
     gap_s_max: float = 1.0
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
 from vehicle_agent.perception.tracking.association import associate
+from vehicle_agent.perception.tracking.below_beams import found_again, mark_below, restart
 from vehicle_agent.perception.tracking.motion import (
     PX,
     TURN,
@@ -54,11 +55,13 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     viewpoint_x_m  of the lidars, ahead of the rear axle: the sides that are seen face it
     blind_m        area round the vehicle, base frame: x from, x to, and to either side. Of what comes into it
                    the near parts may be below the lidars' lowest beams
+    below_beams_m  area before the bumper, base frame, in the same way: all of a person may be below them
     """
 
     params: TrackerParams = DEFAULT_PARAMS
     viewpoint_x_m: float = 1.3
     blind_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    below_beams_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def initial(self) -> ObjectTrackerState:
         return ObjectTrackerState(0, 1, no_tracks())
@@ -90,10 +93,14 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         measured[seen.fitted() & ~is_part, Z_VAR] = params.fitted_std_m**2
         rows, columns = associate(tracks, kinds, measured, seen.kinds, seen.sizes_m, params)
         self._correct(tracks, kinds, rows, columns, seen, measured, yaws, viewpoint)
-        self._count(tracks, rows, seen, pose_map)
-        tracks = tracks.selected(self._living(tracks))
+        self._count(tracks, kinds, rows, seen, pose_map)
         new = np.setdiff1d(np.arange(len(seen.kinds)), columns)
         new = new[seen.scores[new] >= params.score_min]
+        again = found_again(tracks, measured, seen.kinds, new, params)
+        restart(tracks, again[0], measured[again[1]])
+        tracks.visible_m[again[0]] = _known(seen.visible()[again[1]])
+        new = np.setdiff1d(new, again[1])
+        tracks = tracks.selected(self._living(tracks))
         born = self._born(seen, measured, yaws, new, state.next_id)
         tracks = tracks.with_rows(born)
         after = ObjectTrackerState(seen.stamp_ns, state.next_id + len(born), tracks)
@@ -170,6 +177,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
             if kinds[t] == VEHICLE and reaches_into(seen.poses_base[d], seen.sizes_m[d], self.blind_m):
                 shrink = 0.0
             tracks.sizes_m[t] += np.where(off > 0.0, _GROW, shrink) * off
+        tracks.visible_m[rows] = _known(seen.visible()[columns])
         own = measured[columns]
         motions = [params.motions[int(kind)] for kind in seen.kinds[columns]]
         agree_mps = np.array([motion.agree_mps for motion in motions])
@@ -193,7 +201,9 @@ class ObjectTracker(msgspec.Struct, frozen=True):
                 off = math.remainder(yaws[d] - tracks.yaws[t], 0.5 * math.pi)
                 tracks.yaws[t] = math.remainder(tracks.yaws[t] + _YAW_GAIN * off, 2.0 * math.pi)
 
-    def _count(self, tracks: TrackTable, rows: IntArray, seen: SeenObjects, pose_map: Pose2) -> None:
+    def _count(
+        self, tracks: TrackTable, kinds: IntArray, rows: IntArray, seen: SeenObjects, pose_map: Pose2
+    ) -> None:
         """Ages, hits and misses after the scan, in place."""
         is_hit = np.zeros(len(tracks), np.bool_)
         is_hit[rows] = True
@@ -202,14 +212,16 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         tracks.misses[:] = np.where(is_hit, 0, tracks.misses + 1)
         places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
         hidden = hidden_places(places, seen.poses_base, seen.sizes_m, self.viewpoint_x_m)
-        tracks.hidden[:] = np.where(is_hit, 0, tracks.hidden + hidden)
         params = self.params
+        mark_below(tracks, kinds, is_hit, pose_map, self.below_beams_m, params)
+        tracks.hidden[:] = np.where(is_hit, 0, tracks.hidden + (hidden | tracks.is_below))
         tracks.is_confirmed[:] |= is_hit & (tracks.hits >= params.confirm_hits)
 
     def _living(self, tracks: TrackTable) -> BoolArray:
         params = self.params
         in_view = tracks.misses - tracks.hidden
-        confirmed = (in_view <= params.coast_scans) & (tracks.misses <= params.hidden_scans)
+        scans = np.where(tracks.is_below, params.below_scans, params.hidden_scans)
+        confirmed = (in_view <= params.coast_scans) & (tracks.misses <= scans)
         tentative = (tracks.misses < params.tentative_misses) & (tracks.ages < params.confirm_scans)
         living: BoolArray = np.where(tracks.is_confirmed, confirmed, tentative)
         return living
@@ -235,6 +247,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
             born.evidence[row] = math.log((1.0 - score) / (len(TRACK_KINDS) - 1))
             born.evidence[row, seen.kinds[d]] = math.log(score)
         born.sizes_m[:], born.yaws[:] = seen.sizes_m[new], yaws[new]
+        born.visible_m[:] = _known(seen.visible()[new])
         born.ages[:] = born.hits[:] = 1
         born.begins_map[:] = measured[new, ZX:ZVX]
         return born
@@ -255,5 +268,10 @@ def _finite(seen: SeenObjects) -> SeenObjects:
     )
     return SeenObjects(
         seen.stamp_ns, seen.kinds[good], seen.scores[good], seen.poses_base[good], seen.sizes_m[good],
-        velocities[good], seen.fitted()[good],
+        velocities[good], seen.fitted()[good], seen.visible()[good],
     )  # fmt: skip
+
+
+def _known(visible_m: Array) -> Array:
+    """Visible heights, with inf in the place of NaN: what was not looked at was no mere top."""
+    return np.where(np.isnan(visible_m), math.inf, visible_m)

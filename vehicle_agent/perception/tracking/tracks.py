@@ -19,6 +19,8 @@ class TrackTable(msgspec.Struct, frozen=True):
     hidden (n,) int64    of the misses, those with something nearer in front of it
     is_confirmed (n,) bool
     begins_map (n, 2)    where it was first seen
+    visible_m (n,)       height of the part that was seen of it last; inf: not known
+    is_below (n,) bool   a person who is not seen because all beams pass over them; see `below_beams`
     """
 
     ids: np.ndarray
@@ -34,6 +36,8 @@ class TrackTable(msgspec.Struct, frozen=True):
     hidden: np.ndarray
     is_confirmed: np.ndarray
     begins_map: np.ndarray
+    visible_m: np.ndarray
+    is_below: np.ndarray
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -59,6 +63,7 @@ def no_tracks(count: int = 0) -> TrackTable:
         none, np.zeros((count, MODELS, STATES)), np.zeros((count, MODELS, STATES, STATES)),
         np.zeros((count, MODELS)), np.zeros((count, len(TRACK_KINDS))), np.zeros((count, 3)), np.zeros(count),
         none.copy(), none.copy(), none.copy(), none.copy(), np.zeros(count, np.bool_), np.zeros((count, 2)),
+        np.full(count, np.inf), np.zeros(count, np.bool_),
     )  # fmt: skip
 
 

@@ -1,0 +1,111 @@
+"""Who stands close before the bumper is below the lidars' beams, and has not gone."""
+
+import math
+
+import numpy as np
+import pytest
+
+from contract.geometry import Pose2
+from tests.vehicle_agent.perception.test_height_map import a_scan
+from vehicle_agent.perception.points.chain import PointPerception
+from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.tracking.params import DEFAULT_PARAMS
+from vehicle_agent.perception.tracking.tracker import ObjectTracker
+from vehicle_agent.signals import PEDESTRIAN, TrackPercept
+from vehicle_agent.signals.objects import SeenObjects
+
+BUMPER_M = 3.5
+AREA = (BUMPER_M - 0.5, BUMPER_M + 3.5, 1.8)
+TRACKER = ObjectTracker(viewpoint_x_m=1.3, below_beams_m=AREA)
+HERE = Pose2(0.0, 0.0, 0.0)
+# Scans: seen as they come, the last of them by their top alone.
+COMES = 20
+
+
+class Scene:
+    """A tracker that is told where a person is seen, scan after scan."""
+
+    def __init__(self) -> None:
+        self.number, self.state = 0, TRACKER.initial()
+
+    def scan(self, place: tuple[float, float] | None, visible_m: float, pose: Pose2 = HERE) -> TrackPercept:
+        """place: None for a scan that shows nobody."""
+        n = 0 if place is None else 1
+        places = np.zeros((n, 3))
+        if place is not None:
+            places[0, :2] = place
+        seen = SeenObjects(
+            1_000_000_000 + 100_000_000 * self.number, np.full(n, PEDESTRIAN), np.full(n, 0.8), places,
+            np.tile((0.5, 0.5, 1.5), (n, 1)), np.full((n, 2), math.nan), visible_m=np.full(n, visible_m),
+        )  # fmt: skip
+        self.number += 1
+        percept, self.state = TRACKER.step(self.state, seen, pose)
+        return percept
+
+    def comes_up(self, visible_m: float, x_m: float = BUMPER_M + 0.5) -> TrackPercept:
+        """A person walks up to x_m, of whom visible_m are seen at last."""
+        for k in range(COMES):
+            left_m = 0.1 * (COMES - 1 - k)
+            percept = self.scan((x_m + left_m, -0.4), max(visible_m, 1.2 * left_m))
+        return percept
+
+    def nothing(self, scans: int, pose: Pose2 = HERE) -> TrackPercept:
+        for _ in range(scans):
+            percept = self.scan(None, 0.0, pose)
+        return percept
+
+
+def test_who_walks_up_to_the_bumper_stays_there_until_they_are_seen_to_leave() -> None:
+    scene = Scene()
+    number = scene.comes_up(0.05).ids.tolist()
+    percept = scene.nothing(200)
+    assert percept.ids.tolist() == number
+    assert percept.poses_base[0, :2] == pytest.approx((BUMPER_M + 0.5, -0.4), abs=0.7)
+    assert np.hypot(*percept.velocities_base_mps[0]) < 0.05
+    for k in range(10):
+        percept = scene.scan((BUMPER_M + 0.6, 1.0 + 0.1 * k), 0.3 + 0.1 * k)
+    assert percept.ids.tolist() == number, "who appears beside them is them, and nobody stays behind"
+    assert percept.velocities_base_mps[0, 1] == pytest.approx(1.0, abs=0.3)
+
+
+def test_who_was_seen_from_head_to_foot_and_is_not_any_more_has_gone() -> None:
+    scene = Scene()
+    scene.comes_up(1.2)
+    assert len(scene.nothing(DEFAULT_PARAMS.shown_scans + 1).ids) == 0
+
+
+def test_who_was_seen_by_their_top_far_away_is_not_kept() -> None:
+    scene = Scene()
+    scene.comes_up(0.05, x_m=BUMPER_M + 5.0)
+    assert len(scene.nothing(DEFAULT_PARAMS.shown_scans + 1).ids) == 0
+
+
+def test_the_place_that_comes_into_view_is_empty() -> None:
+    """The vehicle rolls back: whoever had stood before its bumper would be seen now."""
+    scene = Scene()
+    scene.comes_up(0.05)
+    assert len(scene.nothing(40).ids) == 1
+    assert len(scene.nothing(1, Pose2(-4.0, 0.0, 0.0)).ids) == 0
+
+
+def test_nobody_stays_unseen_for_ever() -> None:
+    scene = Scene()
+    scene.comes_up(0.05)
+    assert len(scene.nothing(DEFAULT_PARAMS.below_scans - 10).ids) == 1
+    assert len(scene.nothing(20).ids) == 0
+
+
+def test_a_child_before_the_bumper_is_not_forgotten_by_the_whole_chain() -> None:
+    """1.2 m high, under one lidar on the roof: it comes up from 9 m, and is below all beams from 7 m on."""
+    perception = PointPerception(
+        PointGrid(2.4, BUMPER_M, 0.85, 0.82), tracker=ObjectTracker(below_beams_m=(3.0, 9.0, 1.8))
+    )
+    state, shown = perception.initial(), []
+    for number in range(1, 90):
+        x_m = max(5.0, 10.0 - 0.1 * number)
+        points = a_scan([(x_m, 0.2, 0.4, 1.2)])
+        _, tracks, state = perception.step(
+            state, points, np.zeros(len(points)), 100_000_000 * number, Pose2(0.0, 0.0, 0.0)
+        )
+        shown.append(len(tracks.ids))
+    assert shown[-1] == 1

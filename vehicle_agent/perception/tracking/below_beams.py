@@ -1,0 +1,82 @@
+"""People close before the bumper, over whose heads all beams pass.
+
+Lidars on the roof and its corners do not see what is low and near. Who walks up to the bumper is seen by less
+and less of their head, and then not at all. They have not gone: whoever leaves is seen as they leave.
+"""
+
+import numpy as np
+
+from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
+from vehicle_agent.perception.tracking.motion import PX, TURN, VX, Z_VAR, ZVX, ZX
+from vehicle_agent.perception.tracking.params import TrackerParams
+from vehicle_agent.perception.tracking.tracks import TrackTable
+from vehicle_agent.signals import PEDESTRIAN
+
+# Standard deviations of the place and velocity of who is not seen, m and m/s.
+_PLACE_STD_M, _VELOCITY_STD_MPS = 0.4, 0.6
+
+
+def is_within(places_base: Array, area: tuple[float, float, float]) -> BoolArray:
+    """(n,) which places (n, 2) lie in an area of the base frame: x from, x to, and how far to either side."""
+    begin, end, side = area
+    x, y = places_base[:, 0], places_base[:, 1]
+    within: BoolArray = (x > begin) & (x < end) & (np.abs(y) < side)
+    return within
+
+
+def mark_below(
+    tracks: TrackTable,
+    kinds: IntArray,
+    is_hit: BoolArray,
+    pose_map: Pose2,
+    area: tuple[float, float, float],
+    params: TrackerParams,
+) -> None:
+    """Sets `is_below` after a scan, and makes those who are come to rest, in place.
+
+    kinds, is_hit (n,) of the tracks. Only the top was seen of them last, in the area or on their way into it.
+    """
+    places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
+    tracks.is_below[:] = (
+        ~is_hit
+        & tracks.is_confirmed
+        & (kinds == PEDESTRIAN)
+        & is_within(places, area)
+        & (tracks.visible_m <= params.top_only_m)
+    )
+    rows = np.flatnonzero(tracks.is_below)
+    tracks.means[rows, :, VX:TURN] *= params.below_drift
+    tracks.means[rows, :, TURN] = 0.0
+    # They may have taken a step either way, and no more: else they would be seen.
+    tracks.covariances[rows] = np.diag([_PLACE_STD_M**2] * 2 + [_VELOCITY_STD_MPS**2] * 2 + [0.0])
+
+
+def found_again(
+    tracks: TrackTable, measured: Array, kinds: IntArray, new: IntArray, params: TrackerParams
+) -> tuple[IntArray, IntArray]:
+    """((k,) rows, (k,) objects) of who was below the beams and appears as one of the objects `new`.
+
+    measured (m, 6) as `motion` has it, kinds (m,) of the objects. The nearest pairs first.
+    """
+    rows = np.flatnonzero(tracks.is_below)
+    people = new[kinds[new] == PEDESTRIAN]
+    apart: Array = np.linalg.norm(tracks.means[rows, None, 0, PX:VX] - measured[None, people, ZX:ZVX], axis=2)
+    pairs: list[tuple[int, int]] = []
+    while apart.size and apart.min() <= params.below_reach_m:
+        row, column = np.unravel_index(int(np.argmin(apart)), apart.shape)
+        pairs.append((int(rows[row]), int(people[column])))
+        apart[row, :] = apart[:, column] = np.inf
+    pairs.sort()
+    return np.array([t for t, _ in pairs], np.int64), np.array([d for _, d in pairs], np.int64)
+
+
+def restart(tracks: TrackTable, rows: IntArray, measured: Array) -> None:
+    """Puts tracks to where they were found again, (k, 6) as `motion` has it, in place."""
+    velocities = np.where(np.isfinite(measured[:, ZVX : ZVX + 2]), measured[:, ZVX : ZVX + 2], 0.0)
+    tracks.means[rows, :, PX:VX] = measured[:, None, ZX:ZVX]
+    tracks.means[rows, :, VX:TURN] = velocities[:, None, :]
+    for row, variance in zip(rows.tolist(), measured[:, Z_VAR].tolist(), strict=True):
+        tracks.covariances[row] = np.diag([variance] * 2 + [1.0] * 2 + [0.0])
+    tracks.is_below[rows] = False
+    tracks.misses[rows] = tracks.hidden[rows] = 0
+    tracks.hits[rows] += 1
