@@ -73,4 +73,5 @@ class TrackingPerception(msgspec.Struct, frozen=True):
             hidden_map=cells_state.hidden_map[outside],
             hidden_ns=cells_state.hidden_ns[outside],
             hidden_low=cells_state.hidden_low[outside],
+            hidden_left=cells_state.hidden_left[outside],
         )

@@ -26,6 +26,9 @@ from vehicle_agent.waypoints.files import WaypointFileError
 from vehicle_agent.waypoints.recorded_way import recorded_way
 from vehicle_agent.world.surroundings import Surroundings
 
+# Without a tracker, who stands before a vehicle at rest is known by the cells alone.
+_REST_MEMORY_NS = 60_000_000_000
+
 
 def gem(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
     """The rooms of the GEM paper's vehicle, on one map.
@@ -37,7 +40,9 @@ def gem(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
     return Car(
         can=codec_of(profile),
         localization=localization(profile, road_map, by_scans=by_scans),
-        perception=SignReadingPerception(cells(profile)),
+        perception=SignReadingPerception(
+            msgspec.structs.replace(cells(profile), rest_memory_ns=_REST_MEMORY_NS)
+        ),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),
         planning=msgspec.structs.replace(

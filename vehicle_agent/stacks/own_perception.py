@@ -17,6 +17,7 @@ from vehicle_agent.perception.people_worker import PeopleFinder, PeopleWorker
 from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.tracking.below_beams import FrontArea
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals.pictures import PinholeCamera, optical_pose, pinhole_matrix
 from vehicle_agent.stacks.rooms import scan_thinning
@@ -101,10 +102,12 @@ def point_perception(profile: Profile) -> PointPerception:
         ),
         tracker=ObjectTracker(
             blind_m=(-body.rear_overhang_m - _BLIND_M, body.front_overhang_m + _BLIND_M, half_m + _BLIND_M),
-            below_beams_m=(
-                body.front_overhang_m - _FRONT_CORNER_M,
-                body.front_overhang_m + _BELOW_AHEAD_M,
-                half_m + _BELOW_ASIDE_M,
+            below_beams=FrontArea(
+                begin_m=body.front_overhang_m - _FRONT_CORNER_M,
+                bumper_m=body.front_overhang_m,
+                end_m=body.front_overhang_m + _BELOW_AHEAD_M,
+                half_width_m=half_m,
+                side_m=half_m + _BELOW_ASIDE_M,
             ),
         ),
     )

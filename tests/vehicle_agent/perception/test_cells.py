@@ -123,3 +123,67 @@ def test_two_scans_at_once_count_as_the_newer_one() -> None:
     seen, _ = ROOM.step(ROOM.initial(), percepts, an_ego(3 * TICK_NS))
     np.testing.assert_allclose(seen.points_map, [[20.0, 0.0]], atol=1e-8)
     assert seen.stamp_ns == 3 * TICK_NS
+
+
+RESTING = HeightMapPerception(3.2, 2.28, math.radians(-15.0), 3.5, 0.85, 0.815, rest_memory_ns=60_000_000_000)
+SCAN_NS = 100_000_000
+
+
+class Rest:
+    """A vehicle that stands, scan after scan."""
+
+    def __init__(self, room: HeightMapPerception = RESTING) -> None:
+        self.room, self.state, self.now_ns = room, room.initial(), SCAN_NS
+
+    def scan(self, *cells: tuple[float, float], speed_mps: float = 0.0, scans: int = 1) -> Detections:
+        for _ in range(scans):
+            self.now_ns += SCAN_NS
+            ego = Ego(
+                self.now_ns, Pose2(0.0, 0.0, 0.0), speed_mps, 0.0, 0.0, 0.0, 0.02, self.now_ns, True
+            )  # fmt: skip
+            percept = a_percept(self.now_ns, *cells)
+            seen, self.state = self.room.step(self.state, (percept,), ego)
+        return seen
+
+
+def test_who_stands_before_a_vehicle_at_rest_is_remembered_until_they_leave() -> None:
+    rest = Rest()
+    rest.scan((5.0, 0.3))
+    assert len(rest.scan(scans=500).points_map) == 1
+    seen = rest.scan((7.2, 1.0))
+    assert seen.points_map.tolist() == [[7.2, 1.0]], "who appears beside the blind zone is them"
+
+
+def test_a_vehicle_that_drives_remembers_for_a_short_time_only() -> None:
+    rest = Rest()
+    rest.scan((5.0, 0.3))
+    assert len(rest.scan(scans=50, speed_mps=0.5).points_map) == 0
+
+
+def test_who_has_stood_there_all_along_is_not_who_leaves() -> None:
+    rest = Rest()
+    rest.scan((7.3, 1.0), scans=10)
+    rest.scan((5.0, 0.3), (7.3, 1.0))
+    assert len(rest.scan((7.3, 1.0), scans=100).points_map) == 2
+
+
+def test_who_appears_too_far_away_is_not_who_stood_there() -> None:
+    rest = Rest()
+    rest.scan((5.0, 0.3))
+    rest.scan(scans=5)
+    rest.scan((15.0, 4.0), scans=100)
+    assert [5.0, 0.3] in rest.scan((15.0, 4.0)).points_map.tolist()
+
+
+def test_who_leaves_soon_is_forgotten_as_soon_as_before() -> None:
+    rest = Rest()
+    rest.scan((5.0, 0.3))
+    rest.scan(scans=5)
+    rest.scan((7.2, 0.8))
+    assert len(rest.scan((12.0, 0.8), scans=40).points_map) == 1
+
+
+def test_at_last_the_vehicle_goes_on() -> None:
+    rest = Rest()
+    rest.scan((5.0, 0.3))
+    assert len(rest.scan(scans=605).points_map) == 0

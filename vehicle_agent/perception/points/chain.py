@@ -8,7 +8,6 @@ from vehicle_agent.perception.points.cells import PointHeights, lowest_heights, 
 from vehicle_agent.perception.points.clusters import ClusterParams, objects_of_points
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.points.union import union
-from vehicle_agent.perception.tracking.below_beams import is_within
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.perception.tracking.tracks import ObjectTrackerState
 from vehicle_agent.signals import ObstaclePercept, TrackPercept
@@ -64,10 +63,8 @@ class PointPerception(msgspec.Struct, frozen=True):
         self, seen: SeenObjects, points: np.ndarray, heights: PointHeights
     ) -> SeenObjects:
         """The objects, with the height of their visible part where all of a person may be below the beams."""
-        begin, end, side = self.tracker.below_beams_m
         places = seen.poses_base[:, :2]
-        area = (begin - _AROUND_M, end + _AROUND_M, side + _AROUND_M)
-        near = np.flatnonzero(is_within(places, area))
+        near = np.flatnonzero(self.tracker.below_beams.contains(places, margin_m=_AROUND_M))
         visible_m = np.full(len(places), np.nan)
         if len(near):
             lowest = lowest_heights(points, heights.heights_m, heights.cell_of, places[near], _AROUND_M)

@@ -4,6 +4,8 @@ Lidars on the roof and its corners do not see what is low and near. Who walks up
 and less of their head, and then not at all. They have not gone: whoever leaves is seen as they leave.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
@@ -16,12 +18,28 @@ from vehicle_agent.signals import PEDESTRIAN
 _PLACE_STD_M, _VELOCITY_STD_MPS = 0.4, 0.6
 
 
-def is_within(places_base: Array, area: tuple[float, float, float]) -> BoolArray:
-    """(n,) which places (n, 2) lie in an area of the base frame: x from, x to, and how far to either side."""
-    begin, end, side = area
-    x, y = places_base[:, 0], places_base[:, 1]
-    within: BoolArray = (x > begin) & (x < end) & (np.abs(y) < side)
-    return within
+class FrontArea(NamedTuple):
+    """Where all of a person may be below the beams, base frame: before the bumper and beside its corners.
+
+    begin_m, end_m, side_m  x from, x to, and how far to either side
+    bumper_m, half_width_m  of the body, in which nobody stands
+    """
+
+    begin_m: float
+    bumper_m: float
+    end_m: float
+    half_width_m: float
+    side_m: float
+
+    def contains(self, places_base: Array, margin_m: float = 0.0) -> BoolArray:
+        """(n,) which places (n, 2) lie in it, or no farther than margin_m from its outer bounds."""
+        x, aside = places_base[:, 0], np.abs(places_base[:, 1])
+        within: BoolArray = (x > self.begin_m - margin_m) & (x < self.end_m + margin_m)
+        within &= (aside < self.side_m + margin_m) & ~((x < self.bumper_m) & (aside < self.half_width_m))
+        return within
+
+
+NO_AREA = FrontArea(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def mark_below(
@@ -29,7 +47,7 @@ def mark_below(
     kinds: IntArray,
     is_hit: BoolArray,
     pose_map: Pose2,
-    area: tuple[float, float, float],
+    area: FrontArea,
     params: TrackerParams,
 ) -> None:
     """Sets `is_below` after a scan, and makes those who are come to rest, in place.
@@ -41,7 +59,7 @@ def mark_below(
         ~is_hit
         & tracks.is_confirmed
         & (kinds == PEDESTRIAN)
-        & is_within(places, area)
+        & area.contains(places)
         & (tracks.visible_m <= params.top_only_m)
     )
     rows = np.flatnonzero(tracks.is_below)

@@ -7,7 +7,13 @@ import numpy as np
 
 from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
 from vehicle_agent.perception.tracking.association import associate
-from vehicle_agent.perception.tracking.below_beams import found_again, mark_below, restart
+from vehicle_agent.perception.tracking.below_beams import (
+    NO_AREA,
+    FrontArea,
+    found_again,
+    mark_below,
+    restart,
+)
 from vehicle_agent.perception.tracking.motion import (
     PX,
     TURN,
@@ -55,13 +61,13 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     viewpoint_x_m  of the lidars, ahead of the rear axle: the sides that are seen face it
     blind_m        area round the vehicle, base frame: x from, x to, and to either side. Of what comes into it
                    the near parts may be below the lidars' lowest beams
-    below_beams_m  area before the bumper, base frame, in the same way: all of a person may be below them
+    below_beams    area in which all of a person may be below them
     """
 
     params: TrackerParams = DEFAULT_PARAMS
     viewpoint_x_m: float = 1.3
     blind_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    below_beams_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    below_beams: FrontArea = NO_AREA
 
     def initial(self) -> ObjectTrackerState:
         return ObjectTrackerState(0, 1, no_tracks())
@@ -213,7 +219,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
         hidden = hidden_places(places, seen.poses_base, seen.sizes_m, self.viewpoint_x_m)
         params = self.params
-        mark_below(tracks, kinds, is_hit, pose_map, self.below_beams_m, params)
+        mark_below(tracks, kinds, is_hit, pose_map, self.below_beams, params)
         tracks.hidden[:] = np.where(is_hit, 0, tracks.hidden + (hidden | tracks.is_below))
         tracks.is_confirmed[:] |= is_hit & (tracks.hits >= params.confirm_hits)
 

@@ -9,14 +9,15 @@ from contract.geometry import Pose2
 from tests.vehicle_agent.perception.test_height_map import a_scan
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.tracking.below_beams import FrontArea
 from vehicle_agent.perception.tracking.params import DEFAULT_PARAMS
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals import PEDESTRIAN, TrackPercept
 from vehicle_agent.signals.objects import SeenObjects
 
 BUMPER_M = 3.5
-AREA = (BUMPER_M - 0.5, BUMPER_M + 3.5, 1.8)
-TRACKER = ObjectTracker(viewpoint_x_m=1.3, below_beams_m=AREA)
+AREA = FrontArea(BUMPER_M - 0.5, BUMPER_M, BUMPER_M + 3.5, 0.8, 1.8)
+TRACKER = ObjectTracker(viewpoint_x_m=1.3, below_beams=AREA)
 HERE = Pose2(0.0, 0.0, 0.0)
 # Scans: seen as they come, the last of them by their top alone.
 COMES = 20
@@ -88,6 +89,12 @@ def test_the_place_that_comes_into_view_is_empty() -> None:
     assert len(scene.nothing(1, Pose2(-4.0, 0.0, 0.0)).ids) == 0
 
 
+def test_nobody_stays_in_the_own_body() -> None:
+    scene = Scene()
+    scene.comes_up(0.05, x_m=BUMPER_M - 0.2)
+    assert len(scene.nothing(DEFAULT_PARAMS.shown_scans + 1).ids) == 0
+
+
 def test_nobody_stays_unseen_for_ever() -> None:
     scene = Scene()
     scene.comes_up(0.05)
@@ -98,7 +105,8 @@ def test_nobody_stays_unseen_for_ever() -> None:
 def test_a_child_before_the_bumper_is_not_forgotten_by_the_whole_chain() -> None:
     """1.2 m high, under one lidar on the roof: it comes up from 9 m, and is below all beams from 7 m on."""
     perception = PointPerception(
-        PointGrid(2.4, BUMPER_M, 0.85, 0.82), tracker=ObjectTracker(below_beams_m=(3.0, 9.0, 1.8))
+        PointGrid(2.4, BUMPER_M, 0.85, 0.82),
+        tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
     )
     state, shown = perception.initial(), []
     for number in range(1, 90):
