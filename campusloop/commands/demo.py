@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from campusloop.commands.filming import FilmingError, check_cameras
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.commands.perceiving import Perception, perceiving_profile, tell_lacks
 from campusloop.kernels.compiling import KernelError, prepare_kernels
@@ -92,6 +93,10 @@ def demo(
             help="Headless: crossings' cameras count people in their pictures, in place of true counts.",
         ),
     ] = False,
+    cameras: Annotated[
+        bool,
+        typer.Option("--cameras", help="Each shuttle records four cameras of the scene; wants another core."),
+    ] = False,
     begin: Annotated[str, typer.Option("--from", help="Headless timetable from HH:MM, campus time.")] = "",
     end: Annotated[str, typer.Option("--to", help="... to HH:MM.")] = "",
 ) -> None:
@@ -123,6 +128,10 @@ def demo(
         if sees_itself:
             count = vehicles_that_see(console, chosen, vehicles)
         surroundings = scene_of_run(seed) if scene else None
+        if cameras:
+            if headless:
+                raise CampusStartError("--cameras is for the demo in real time: leave out --headless")
+            check_cameras(scene)
         if campus_sky and (not headless or begin):
             raise CampusStartError("--campus-sky is for the rides of --headless")
         if headless and begin and end:
@@ -165,6 +174,7 @@ def demo(
             scene=surroundings,
             point_map=points,
             screen_pages=WEB_PAGES if (WEB_PAGES / "onboard.html").is_file() else None,
+            cameras=cameras,
         )
         asyncio.run(LiveDemo(options, console, people_book=people).run())
     except (
@@ -172,6 +182,7 @@ def demo(
         LocalizationMapError,
         ProfileError,
         DetectorFileError,
+        FilmingError,
         CampusStartError,
         ForeignFolder,
         KernelError,

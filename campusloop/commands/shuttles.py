@@ -13,6 +13,7 @@ import typer
 from rich.markup import escape
 
 from campusloop.clients.operator_client import OperatorClient, OperatorError
+from campusloop.commands.filming import FilmingError, check_cameras
 from campusloop.commands.localizing import Localization, chosen_point_map, chosen_profile
 from campusloop.commands.perceiving import Perception, perceiving_profile, tell_lacks
 from campusloop.kernels.compiling import KernelError, prepare_kernels
@@ -74,6 +75,10 @@ def shuttles(
         Perception | None,
         typer.Option(help="own: road users are found in the lidars' scans (needs --scene); tracker: given."),
     ] = None,
+    cameras: Annotated[
+        bool,
+        typer.Option("--cameras", help="Each shuttle records four cameras of the scene; wants another core."),
+    ] = False,
     base_port: Annotated[int, typer.Option(help="First of the loopback ports used.")] = BASE_PORT,
     wait_s: Annotated[float, typer.Option(min=0.0, help="How long the server may take to be ready.")] = 120.0,
 ) -> None:
@@ -88,6 +93,8 @@ def shuttles(
         chosen = Profile() if profile is None else load_profile(profile)
         kernels = for_vehicle(chosen.stack, by_scans=points is not None, own_perception=worker_tracks(chosen))
         tell_lacks(console, chosen)
+        if cameras:
+            check_cameras(scene)
         prepare_kernels((*SIMULATOR, *kernels), console)
         options = ShuttleOptions(
             map_path=campus_map.absolute(),
@@ -102,6 +109,7 @@ def shuttles(
             plant_seed=plant_seed,
             scene=scene_of_run(seed) if scene else None,
             point_map=points,
+            cameras=cameras,
         )
         trusted = True if certificate is None else ssl.create_default_context(cafile=certificate)
         simulated = SimulatedShuttles(options)
@@ -110,6 +118,7 @@ def shuttles(
         MapError,
         LocalizationMapError,
         ProfileError,
+        FilmingError,
         KernelError,
         TracingUnavailable,
         OSError,

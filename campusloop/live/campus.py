@@ -42,6 +42,7 @@ class LiveOptions:
     point_map: the folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
     by_scans: the shuttles compare their scans with the map that the server has in force, or with point_map
     screen_pages: built web pages for the first shuttle's onboard screen; None: no shuttle serves one
+    cameras: each shuttle records four cameras, which see the scene
     """
 
     map_path: Path
@@ -61,6 +62,7 @@ class LiveOptions:
     point_map: Path | None = None
     screen_pages: Path | None = None
     by_scans: bool = False
+    cameras: bool = False
 
 
 class LiveCampus:
@@ -92,6 +94,7 @@ class LiveCampus:
                 point_map=options.point_map,
                 screen_pages=options.screen_pages,
                 by_scans=options.by_scans,
+                cameras=options.cameras,
             )
         )
         self.road_map = self._shuttles.road_map

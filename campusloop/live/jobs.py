@@ -18,3 +18,10 @@ def simulate(*arguments: Any) -> None:
     from campusloop.live.simulation import simulate_vehicles
 
     simulate_vehicles(*arguments)
+
+
+def take_pictures(*arguments: Any) -> None:
+    """`camera_pictures.take_pictures_of_vehicles` in a process of its own."""
+    from campusloop.live.camera_pictures import take_pictures_of_vehicles
+
+    take_pictures_of_vehicles(*arguments)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from campusloop.clients.operator_client import OperatorClient
-from campusloop.live.jobs import simulate
+from campusloop.live.jobs import simulate, take_pictures
 from campusloop.live.paced_clock import PacedClock, PacedClocks
+from campusloop.live.simulated_cameras import cameras_file
 from campusloop.telemetry.otlp_spans import span_source
 from contract.roads.load import load_map
 from simulator.live.live import scan_ring_path
@@ -40,6 +41,7 @@ class ShuttleOptions:
     point_map     folder of the map that the shuttles compare their scans with; None: GNSS/INS alone
     by_scans      compare scans with the map that the server has in force, or with point_map
     screen_pages  built web pages: the first shuttle serves its onboard screen; None: no shuttle does
+    cameras       each shuttle records four cameras, which see the scene
     """
 
     map_path: Path
@@ -57,6 +59,7 @@ class ShuttleOptions:
     point_map: Path | None = None
     screen_pages: Path | None = None
     by_scans: bool = False
+    cameras: bool = False
 
 
 class SimulatedShuttles:
@@ -81,7 +84,7 @@ class SimulatedShuttles:
     def start_simulator(self) -> None:
         """It may start before the server, which takes longer."""
         (self.options.folder / "logs").mkdir(parents=True, exist_ok=True)
-        self._supervise([self._simulator_job()])
+        self._supervise([self._simulator_job(), *self._camera_jobs()])
 
     async def start_agents(self, operator: OperatorClient) -> None:
         """Enrol every shuttle and start its processes; the shuttles are still held.
@@ -129,6 +132,15 @@ class SimulatedShuttles:
         )
         return Job("simulator", simulate, arguments, log_file=self.log_file("simulator"))
 
+    def _camera_jobs(self) -> list[Job]:
+        options = self.options
+        if not options.cameras or options.scene is None:
+            return []
+        arguments = (
+            options.map_path, options.vehicle_ids, options.profile_path, self._scans, options.scene
+        )  # fmt: skip
+        return [Job("cameras", take_pictures, arguments, log_file=self.log_file("cameras"))]
+
     @property
     def _scans(self) -> Path:
         """For the scans and the clock, which exists before the folder does."""
@@ -168,6 +180,10 @@ class SimulatedShuttles:
             files.install_point_map(options.point_map)
         elif not options.by_scans:
             files.remove_point_map()
+        if options.cameras:
+            files.save_cameras(cameras_file())
+        else:
+            files.remove_cameras(cameras_file())
         if number == 0 and options.screen_pages is not None:
             listen = f"127.0.0.1:{ports.screen_port}"
             files.save_screen(ScreenSettings(listen=listen, pages=str(options.screen_pages.resolve())))

@@ -11,6 +11,7 @@ from simulator.infrastructure import CrossingCamera
 from simulator.live.bus import LiveBus
 from simulator.live.clock import WALL, Clock
 from simulator.live.control_server import ControlServer, RemotePhones
+from simulator.live.moment_file import Moment, MomentFile, moment_path
 from simulator.live.ports import VehiclePorts, control_port, ports_of
 from simulator.world import SimWorld
 from vehicle_agent.can.pacmod.commands import FRAME_GAP_NS
@@ -30,6 +31,8 @@ from vehicle_agent.signals.pictures import Picture
 
 LATE_MAX_NS = 5 * STEP_NS
 SCORES_EVERY_STEPS = 50
+# Of the file in which other processes see what moves: cameras look no more often.
+MOMENT_EVERY_STEPS = 5
 # Arrival stamps jitter by the operating system's scheduling; only much smaller gaps count as too close.
 LIVE_FRAME_GAP_NS = FRAME_GAP_NS // 4
 # A real module has a processor of its own. Here it shares one, and a pause of a tenth of a second may be the
@@ -151,6 +154,7 @@ class LiveSimulation:
         for vehicle_id in world.vehicle_ids:
             watch = world.module(vehicle_id).watch
             watch.gap_ns_min, watch.timeout_ns = frame_gap_ns, LIVE_COMMAND_TIMEOUT_NS
+        self._moments = MomentFile(moment_path(folder), create=True)
         self._due_ns = clock.now_ns() + STEP_NS
         self._stopping = False
 
@@ -172,6 +176,8 @@ class LiveSimulation:
         self._world.step(due_ns - STEP_NS)
         for wiring in self._wirings:
             wiring.exchange(self._world, due_ns)
+        if self.steps % MOMENT_EVERY_STEPS == 0:
+            self._moments.write(self._moment(due_ns))
         self._control_server.step(due_ns, self.steps % SCORES_EVERY_STEPS == 0)
         self.steps += 1
         self._due_ns = due_ns + STEP_NS
@@ -180,6 +186,12 @@ class LiveSimulation:
         for wiring in self._wirings:
             wiring.close()
         self._control_server.close()
+        self._moments.close()
+
+    def _moment(self, now_ns: int) -> Moment:
+        poses = [self._world.truth(vehicle_id).pose_map for vehicle_id in self._world.vehicle_ids]
+        rows = np.array([(pose.x_m, pose.y_m, pose.yaw_rad) for pose in poses])
+        return Moment(now_ns, rows, self._world.all_bodies())
 
     def _wait(self) -> None:
         pause_ns = self._due_ns - self._clock.now_ns()

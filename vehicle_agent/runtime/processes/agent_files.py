@@ -103,6 +103,19 @@ class AgentFolder:
     def save_screen(self, settings: ScreenSettings) -> None:
         self._save("screen.toml", settings)
 
+    def save_cameras(self, text: str) -> None:
+        """text: of cameras.toml. One that is there, written by hand perhaps, stays."""
+        path = self.root / "cameras.toml"
+        self.root.mkdir(parents=True, exist_ok=True)
+        if not path.exists():
+            path.write_text(text)
+
+    def remove_cameras(self, text: str) -> None:
+        """Removes cameras.toml if it is this text; any other stays."""
+        path = self.root / "cameras.toml"
+        if path.is_file() and path.read_text() == text:
+            path.unlink()
+
     def _save(self, name: str, settings: VehicleFile | ScreenSettings) -> None:
         self.root.mkdir(parents=True, exist_ok=True)
         fields = msgspec.to_builtins(settings)
