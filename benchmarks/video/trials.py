@@ -25,7 +25,7 @@ from simulator.traffic.population import TrafficParams
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
-from vehicle_agent.runtime.processes.video_process import serve_video
+from vehicle_agent.runtime.processes.sensing.video_process import serve_video
 from vehicle_agent.runtime.video.cameras_file import CameraEntry, RecordedCamera, VideoSettings
 from vehicle_agent.runtime.video.segment_names import segments_in
 

@@ -25,8 +25,8 @@ from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
-from vehicle_agent.runtime.processes.localization_process import MATCHED_SOURCE
-from vehicle_agent.runtime.processes.worker_process import THINNED_SOURCE
+from vehicle_agent.runtime.processes.maps.localization_process import MATCHED_SOURCE
+from vehicle_agent.runtime.processes.sensing.worker_process import THINNED_SOURCE
 from vehicle_agent.signals import (
     CanFrame,
     InboxBody,

@@ -11,7 +11,7 @@ import pytest
 
 from vehicle_agent.picture_ring import PictureRing
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.video_process import VideoProcess, serve_video
+from vehicle_agent.runtime.processes.sensing.video_process import VideoProcess, serve_video
 from vehicle_agent.runtime.video.cameras_file import CameraEntry, RecordedCamera, VideoSettings
 from vehicle_agent.runtime.video.segment_names import segments_in
 

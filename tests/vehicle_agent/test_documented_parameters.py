@@ -55,13 +55,8 @@ from vehicle_agent.perception.tracker import AlphaBetaTracker
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.planning.waypoint.signs import SignRule
-from vehicle_agent.runtime.processes import (
-    scan_process,
-    screen_process,
-    supervisor,
-    tick_process,
-    video_process,
-)
+from vehicle_agent.runtime.processes import screen_process, supervisor, tick_process
+from vehicle_agent.runtime.processes.sensing import scan_process, video_process
 from vehicle_agent.runtime.recording import scan_keeper, scan_parcels
 from vehicle_agent.runtime.screen import screen_requests
 from vehicle_agent.runtime.video import (

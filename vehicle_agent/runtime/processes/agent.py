@@ -39,24 +39,27 @@ from vehicle_agent.runtime.code_mask import CodeMask
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceProcess
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.camera_link import CameraLink, SensorsAndCameras
 from vehicle_agent.runtime.processes.clock import MONOTONIC, Clock, ClockSource
 from vehicle_agent.runtime.processes.gate_process import GateProcess
-from vehicle_agent.runtime.processes.lidar_process import LidarProcess
-from vehicle_agent.runtime.processes.link_process import LinkedVehicle, serve_links
-from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
-from vehicle_agent.runtime.processes.localization_switch import LocalizationSwitch
-from vehicle_agent.runtime.processes.map_switch import MapSwitch
-from vehicle_agent.runtime.processes.people_camera_process import PeopleCameraProcess, serve_people_camera
+from vehicle_agent.runtime.processes.link.camera_link import CameraLink, SensorsAndCameras
+from vehicle_agent.runtime.processes.link.link_process import LinkedVehicle, serve_links
+from vehicle_agent.runtime.processes.maps.localization_process import LocalizationProcess
+from vehicle_agent.runtime.processes.maps.localization_switch import LocalizationSwitch
+from vehicle_agent.runtime.processes.maps.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.planner_process import PlannerProcess
-from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess
-from vehicle_agent.runtime.processes.scan_process import ScanningVehicle, serve_scans
-from vehicle_agent.runtime.processes.scanner_process import PlacedScanner, ScannerProcess
 from vehicle_agent.runtime.processes.screen_process import ScreenProcess
+from vehicle_agent.runtime.processes.sensing.lidar_process import LidarProcess
+from vehicle_agent.runtime.processes.sensing.people_camera_process import (
+    PeopleCameraProcess,
+    serve_people_camera,
+)
+from vehicle_agent.runtime.processes.sensing.receiver_process import ReceiverProcess
+from vehicle_agent.runtime.processes.sensing.scan_process import ScanningVehicle, serve_scans
+from vehicle_agent.runtime.processes.sensing.scanner_process import PlacedScanner, ScannerProcess
+from vehicle_agent.runtime.processes.sensing.video_process import serve_video
+from vehicle_agent.runtime.processes.sensing.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.processes.tick_process import CabinReporter, Sensors, TickProcess
 from vehicle_agent.runtime.processes.until_stopped import run_until_stopped
-from vehicle_agent.runtime.processes.video_process import serve_video
-from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.runtime.recording.recorder import Recorder
 from vehicle_agent.runtime.room_times import TickStopwatch
 from vehicle_agent.runtime.screen.screen_map import encode_screen_map

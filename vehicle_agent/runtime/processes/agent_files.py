@@ -35,7 +35,7 @@ from contract.roads.model import RoadMap
 from vehicle_agent.config import Profile, load_profile
 from vehicle_agent.link.keys import load_or_create_key
 from vehicle_agent.runtime.devices.hmi_devices import HmiDeviceSettings, load_hmi_devices
-from vehicle_agent.runtime.processes.localization_files import LocalizationFiles
+from vehicle_agent.runtime.processes.maps.localization_files import LocalizationFiles
 from vehicle_agent.runtime.screen.screen_settings import ScreenSettings, load_screen_settings
 from vehicle_agent.runtime.sensors.sensors_file import SensorsError, SensorSettings, load_sensors
 from vehicle_agent.runtime.video.cameras_file import CamerasError, VideoSettings, load_cameras

@@ -21,8 +21,7 @@ from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.inbox import Inbox
 from vehicle_agent.runtime.order_tracing import TickTracing
 from vehicle_agent.runtime.processes.clock import Clock
-from vehicle_agent.runtime.processes.link_mail import LinkMail
-from vehicle_agent.runtime.processes.localization_switch import LocalizationSwitch
+from vehicle_agent.runtime.processes.link.link_mail import LinkMail
 from vehicle_agent.runtime.processes.mailbox import (
     CabinUpdate,
     Commands,
@@ -36,7 +35,8 @@ from vehicle_agent.runtime.processes.mailbox import (
     PlannerJobs,
     TickMotion,
 )
-from vehicle_agent.runtime.processes.map_switch import MapSwitch
+from vehicle_agent.runtime.processes.maps.localization_switch import LocalizationSwitch
+from vehicle_agent.runtime.processes.maps.map_switch import MapSwitch
 from vehicle_agent.runtime.processes.pacing import Pacer
 from vehicle_agent.runtime.processes.priority import TICK_PRIORITY, ask_for_real_time
 from vehicle_agent.signals import HmiOutput, InboxBody, LinkState, Outputs

@@ -11,8 +11,8 @@ from tests.vehicle_agent.lidar.packet_bytes import square_room, velodyne_packets
 from vehicle_agent.device_feed import DatagramPort, DeviceValues, ScanReady, ScanRing
 from vehicle_agent.lidar.models import VLP16
 from vehicle_agent.perception.height_map import HeightMap, percept_from_scan
-from vehicle_agent.runtime.processes import lidar_process
-from vehicle_agent.runtime.processes.lidar_process import LidarProcess
+from vehicle_agent.runtime.processes.sensing import lidar_process
+from vehicle_agent.runtime.processes.sensing.lidar_process import LidarProcess
 from vehicle_agent.runtime.sensors.sensors_file import PlacedLidar
 from vehicle_agent.signals import LidarCondition, LidarConditions
 

@@ -18,8 +18,8 @@ from tests.contract.roads.ring_map import ring_map
 from tests.full_disk import full_disk
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.localization_changer import LocalizationChanger
-from vehicle_agent.runtime.processes.localization_files import LocalizationFiles
+from vehicle_agent.runtime.processes.maps.localization_changer import LocalizationChanger
+from vehicle_agent.runtime.processes.maps.localization_files import LocalizationFiles
 
 ROADS = ring_map()
 

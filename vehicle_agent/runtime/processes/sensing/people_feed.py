@@ -8,7 +8,7 @@ from vehicle_agent.device_feed import DeviceFeedError, people_ring_path
 from vehicle_agent.perception.people_worker import PeopleWorker
 from vehicle_agent.picture_ring import PEOPLE_CAMERA, PictureRing, RingPicture, picture_ring_path
 from vehicle_agent.picture_windows import PictureWindows, picture_windows_path
-from vehicle_agent.runtime.processes.new_scans import NewScans
+from vehicle_agent.runtime.processes.sensing.new_scans import NewScans
 from vehicle_agent.signals.pictures import Picture
 
 log = structlog.get_logger()

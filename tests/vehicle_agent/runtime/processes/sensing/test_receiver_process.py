@@ -13,9 +13,9 @@ import pytest
 from tests.vehicle_agent.receivers.test_gnss_receiver import epoch
 from tests.vehicle_agent.receivers.vectornav_bytes import common
 from vehicle_agent.device_feed import DatagramPort, DeviceValue, DeviceValues
-from vehicle_agent.runtime.processes import receiver_process
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.receiver_process import ReceiverProcess
+from vehicle_agent.runtime.processes.sensing import receiver_process
+from vehicle_agent.runtime.processes.sensing.receiver_process import ReceiverProcess
 from vehicle_agent.runtime.sensors.sensors_file import load_sensors
 from vehicle_agent.signals import GnssFix, ImuSample
 

@@ -13,9 +13,9 @@ from tests.vehicle_agent.lidar.sick_telegrams import telegram
 from vehicle_agent.config import PlanarScanner
 from vehicle_agent.device_feed import ScanRing
 from vehicle_agent.lidar.cola import START_TURNS, TelegramReader, turn_of
-from vehicle_agent.runtime.processes import scanner_process
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.scanner_process import PlacedScanner, ScannerProcess
+from vehicle_agent.runtime.processes.sensing import scanner_process
+from vehicle_agent.runtime.processes.sensing.scanner_process import PlacedScanner, ScannerProcess
 from vehicle_agent.runtime.sensors.addresses import Address
 
 HOST = "127.0.0.1"

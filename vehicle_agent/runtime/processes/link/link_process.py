@@ -36,9 +36,9 @@ from vehicle_agent.link.upload import SegmentUploader
 from vehicle_agent.link.video_uploads import VideoUploads
 from vehicle_agent.runtime.order_tracing import LinkTracing
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.camera_requests import CameraRequests
 from vehicle_agent.runtime.processes.clock import Clock
-from vehicle_agent.runtime.processes.localization_changer import LocalizationChanger
+from vehicle_agent.runtime.processes.link.camera_requests import CameraRequests
+from vehicle_agent.runtime.processes.link.video_marks import VideoMarks
 from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     Delivery,
@@ -52,9 +52,9 @@ from vehicle_agent.runtime.processes.mailbox import (
     TickReport,
     TracedSpans,
 )
-from vehicle_agent.runtime.processes.map_changer import MapChanger
-from vehicle_agent.runtime.processes.scan_track import track_of
-from vehicle_agent.runtime.processes.video_marks import VideoMarks
+from vehicle_agent.runtime.processes.maps.localization_changer import LocalizationChanger
+from vehicle_agent.runtime.processes.maps.map_changer import MapChanger
+from vehicle_agent.runtime.processes.sensing.scan_track import track_of
 from vehicle_agent.runtime.recording.recorder import SegmentBegin
 from vehicle_agent.runtime.recording.runlog_files import RunLogFiles, finished_segment
 from vehicle_agent.runtime.recording.scan_keeper import RequestReport

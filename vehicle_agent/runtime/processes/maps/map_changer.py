@@ -13,7 +13,7 @@ from vehicle_agent.link.map_download import MapNotTaken, checked_map, download_m
 from vehicle_agent.link.not_taken import NotTaken
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.announced_change import AnnouncedChange
+from vehicle_agent.runtime.processes.maps.announced_change import AnnouncedChange
 
 Report = Callable[[MapChangeFailed], Awaitable[None]]
 

@@ -13,9 +13,9 @@ from structlog.testing import capture_logs
 from vehicle_agent.config import Camera
 from vehicle_agent.perception.camera.lens import Lens
 from vehicle_agent.picture_ring import PictureRing, RingPicture
-from vehicle_agent.runtime.processes import people_camera_process
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.people_camera_process import PeopleCameraProcess
+from vehicle_agent.runtime.processes.sensing import people_camera_process
+from vehicle_agent.runtime.processes.sensing.people_camera_process import PeopleCameraProcess
 from vehicle_agent.runtime.video.cameras_file import RecordedCamera
 from vehicle_agent.runtime.video.people_camera import PeopleCamera, PeopleCameraEntry
 from vehicle_agent.runtime.video.sources import Source, SourceFailure, SourceFrame

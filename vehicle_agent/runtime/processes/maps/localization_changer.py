@@ -18,7 +18,7 @@ from vehicle_agent.link.localization_download import LocalizationDownload, Local
 from vehicle_agent.link.not_taken import NotTaken
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.announced_change import AnnouncedChange
+from vehicle_agent.runtime.processes.maps.announced_change import AnnouncedChange
 from vehicle_agent.stacks.choice import checked_localization_map
 
 log = structlog.get_logger()

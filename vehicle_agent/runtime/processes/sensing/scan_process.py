@@ -15,7 +15,7 @@ import structlog
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Mailbox, ScanReports, ScanTrack, ScanWork
-from vehicle_agent.runtime.processes.new_scans import NewScans
+from vehicle_agent.runtime.processes.sensing.new_scans import NewScans
 from vehicle_agent.runtime.recording.scan_keeper import ScanKeeper
 from vehicle_agent.runtime.recording.scan_parcels import VehicleFrame
 

@@ -22,7 +22,7 @@ from vehicle_agent.runtime.processes.mailbox import (
     Mailbox,
     MapAnswer,
 )
-from vehicle_agent.runtime.processes.new_scans import NewScans
+from vehicle_agent.runtime.processes.sensing.new_scans import NewScans
 
 log = structlog.get_logger()
 

@@ -12,13 +12,13 @@ from vehicle_agent.device_feed import SLOTS, ScanRing
 from vehicle_agent.localization.scan_map.matcher import SurfaceMatcher
 from vehicle_agent.localization.worker import LocalizationWorker, NoMap
 from vehicle_agent.runtime.processes.clock import MONOTONIC
-from vehicle_agent.runtime.processes.localization_process import LocalizationProcess
 from vehicle_agent.runtime.processes.mailbox import (
     Deliveries,
     LocalizationJobs,
     LocalizationMapAnswer,
     Mailbox,
 )
+from vehicle_agent.runtime.processes.maps.localization_process import LocalizationProcess
 from vehicle_agent.signals import LocalizationJob, ScanPose, ScanUnplaced
 
 TILES = a_map(SQUARE)

@@ -13,7 +13,7 @@ from vehicle_agent.config import load_profile
 from vehicle_agent.device_feed import DatagramPort, ScanRing
 from vehicle_agent.runtime.processes.clock import MONOTONIC
 from vehicle_agent.runtime.processes.mailbox import Deliveries, Mailbox
-from vehicle_agent.runtime.processes.worker_process import ScannedVehicle, serve_percepts
+from vehicle_agent.runtime.processes.sensing.worker_process import ScannedVehicle, serve_percepts
 from vehicle_agent.signals import ObstaclePercept, ThinnedScan
 from vehicle_agent.stacks.choice import build_perception_worker
 

@@ -16,8 +16,8 @@ from vehicle_agent.config import Profile
 from vehicle_agent.onboard.car import initial_state
 from vehicle_agent.runtime.computer import VehicleComputer
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.localization_switch import LocalizationSwitch
 from vehicle_agent.runtime.processes.mailbox import LocalizationMapAnswer
+from vehicle_agent.runtime.processes.maps.localization_switch import LocalizationSwitch
 from vehicle_agent.stacks.choice import build_car
 
 ROADS = ring_map()

@@ -8,7 +8,7 @@ import pytest
 from contract.wire.codec import encode
 from contract.wire.messages import PresenceReport
 from vehicle_agent.device_feed import DeviceFeedError
-from vehicle_agent.runtime.processes.camera_link import REPORTS_MAX, CameraLink
+from vehicle_agent.runtime.processes.link.camera_link import REPORTS_MAX, CameraLink
 from vehicle_agent.signals import InboxBody, PedestrianPresence
 
 HOST = "127.0.0.1"

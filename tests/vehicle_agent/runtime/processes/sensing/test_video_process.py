@@ -14,9 +14,9 @@ from contract.video import SEGMENT_HEADER, WEBM_BEGINS, name_of
 from vehicle_agent.link.video_uploads import VideoUploads
 from vehicle_agent.picture_ring import PictureRing
 from vehicle_agent.runtime.processes.clock import MONOTONIC
+from vehicle_agent.runtime.processes.link.video_marks import VideoMarks
 from vehicle_agent.runtime.processes.mailbox import Mailbox
-from vehicle_agent.runtime.processes.video_marks import VideoMarks
-from vehicle_agent.runtime.processes.video_process import VideoProcess
+from vehicle_agent.runtime.processes.sensing.video_process import VideoProcess
 from vehicle_agent.runtime.recording.recorder import LogEntry
 from vehicle_agent.runtime.video.cameras_file import CameraEntry, RecordedCamera, VideoSettings
 

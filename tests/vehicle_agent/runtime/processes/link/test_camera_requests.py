@@ -10,10 +10,10 @@ import pytest
 
 from contract.wire.messages import CameraPicture, Command
 from vehicle_agent.picture_ring import PictureRing
-from vehicle_agent.runtime.processes.camera_requests import CameraRequests
 from vehicle_agent.runtime.processes.clock import MONOTONIC
+from vehicle_agent.runtime.processes.link.camera_requests import CameraRequests
 from vehicle_agent.runtime.processes.mailbox import Mailbox
-from vehicle_agent.runtime.processes.video_process import VideoProcess
+from vehicle_agent.runtime.processes.sensing.video_process import VideoProcess
 from vehicle_agent.runtime.video.camera_view import CameraShown
 from vehicle_agent.runtime.video.cameras_file import Blur, CameraEntry, RecordedCamera, Upload, VideoSettings
 

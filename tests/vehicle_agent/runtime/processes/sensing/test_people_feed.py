@@ -11,7 +11,7 @@ from tests.vehicle_agent.perception.test_people_worker import START_NS, STEP_NS,
 from vehicle_agent.device_feed import ScanRing, people_ring_path
 from vehicle_agent.picture_ring import PEOPLE_CAMERA, PictureRing, picture_ring_path
 from vehicle_agent.picture_windows import PictureWindows, picture_windows_path
-from vehicle_agent.runtime.processes.people_feed import SILENT_NS, PeopleFeed
+from vehicle_agent.runtime.processes.sensing.people_feed import SILENT_NS, PeopleFeed
 from vehicle_agent.signals import OTHER, PEDESTRIAN, TrackPercept
 from vehicle_agent.signals.objects import EgoMotion
 

@@ -12,7 +12,7 @@ from vehicle_agent.perception.people_worker import PeopleWorker
 from vehicle_agent.perception.worker import PerceptionWorker
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox, TickMotion
-from vehicle_agent.runtime.processes.people_feed import PeopleFeed
+from vehicle_agent.runtime.processes.sensing.people_feed import PeopleFeed
 
 log = structlog.get_logger()
 

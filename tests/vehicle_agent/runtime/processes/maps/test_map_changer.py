@@ -19,7 +19,7 @@ from tests.full_disk import full_disk
 from vehicle_agent.link.map_download import MapNotTaken
 from vehicle_agent.link.redial import Redial
 from vehicle_agent.runtime.processes.agent_files import AgentFolder
-from vehicle_agent.runtime.processes.map_changer import MapChanger
+from vehicle_agent.runtime.processes.maps.map_changer import MapChanger
 
 OLD = ring_map()
 NEW: RoadMap = msgspec.structs.replace(OLD, name="New name", map_version="")

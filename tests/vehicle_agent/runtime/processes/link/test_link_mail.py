@@ -10,7 +10,7 @@ from contract.geometry import Pose2
 from contract.wire.events import DoorsChanged, RiderBoarded
 from contract.wire.status import Status
 from vehicle_agent.link.bridge import TickUpdate
-from vehicle_agent.runtime.processes.link_mail import LinkMail
+from vehicle_agent.runtime.processes.link.link_mail import LinkMail
 from vehicle_agent.runtime.processes.mailbox import WAITING_MAX, Mail, Mailbox, TickReport
 from vehicle_agent.runtime.recording.recorder import LogEntry, RunLogEntry
 
