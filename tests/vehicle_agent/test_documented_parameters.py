@@ -38,6 +38,7 @@ from vehicle_agent.onboard import cabin_view
 from vehicle_agent.perception.camera.conditions import CameraRules
 from vehicle_agent.perception.cells import HeightMapPerception
 from vehicle_agent.perception.height_map import HeightMap
+from vehicle_agent.perception.kerbs import KerbMemory
 from vehicle_agent.perception.laser_people.people import LaserPeople
 from vehicle_agent.perception.laser_people.segments import SegmentParams
 from vehicle_agent.perception.laser_people.tracking import LaserTracker
@@ -86,7 +87,14 @@ PAGES: dict[str, tuple[Any, ...]] = {
     "mission": (MissionRules, StopRules),
     "link": (session, clock, client, outbox, upload),
     "world": (Surroundings, Predictor, VisibilityParams, AreaMonitor, ObservedWorld, TrustRules),
-    "perception": (HeightMap, HeightMapPerception, AlphaBetaTracker, TrackingPerception, ScanThinning),
+    "perception": (
+        HeightMap,
+        HeightMapPerception,
+        AlphaBetaTracker,
+        TrackingPerception,
+        KerbMemory,
+        ScanThinning,
+    ),
     "points": (PointGrid, ClusterParams, KindGates),
     "object-tracking": (TrackerParams,),
     "camera": (CameraRules, SegmentParams, LaserTracker, PersonVerification, LaserPeople),

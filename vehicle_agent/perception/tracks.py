@@ -3,18 +3,27 @@
 import msgspec
 
 from vehicle_agent.perception.cells import CellsState, HeightMapPerception
+from vehicle_agent.perception.kerbs import KerbMemory, KerbsState
 from vehicle_agent.perception.own_cells import outside_tracks
 from vehicle_agent.perception.tracker import AlphaBetaTracker, TrackerState
-from vehicle_agent.signals import Detections, Ego, Fault, PerceptionInput, TrackPercept
+from vehicle_agent.signals import (
+    Detections,
+    Ego,
+    Fault,
+    ObstaclePercept,
+    PerceptionInput,
+    TrackPercept,
+)
 from vehicle_agent.signals.pose_history import pose_at
 
 
 class TracksState(msgspec.Struct, frozen=True):
-    """The states of cells and tracker, and the last detections."""
+    """The states of cells, tracker and kerbs, and the last detections."""
 
     cells_state: CellsState
     tracker_state: TrackerState
     detections: Detections
+    kerbs: KerbsState = KerbsState()
 
 
 class TrackingPerception(msgspec.Struct, frozen=True):
@@ -29,6 +38,7 @@ class TrackingPerception(msgspec.Struct, frozen=True):
     tracker: AlphaBetaTracker = AlphaBetaTracker()
     has_lidar: bool = True
     own_margin_m: float = 0.5
+    kerbs: KerbMemory = KerbMemory()
 
     def initial(self) -> TracksState:
         cells_state = self.cells.initial()
@@ -51,15 +61,28 @@ class TrackingPerception(msgspec.Struct, frozen=True):
             )
         if tracker_state is state.tracker_state and cells is state.cells_state.detections:
             return state.detections, msgspec.structs.replace(state, cells_state=cells_state)
+        kerbs = state.kerbs
         if cells is not state.cells_state.detections:
             cells_state = self._without_tracked_cells(cells_state, tracker_state)
+            kerbs = self._with_kerbs(kerbs, percepts, cells_state, cells.stamp_ns)
         stamp_ns = tracker_state.tracks.stamp_ns
         if self.has_lidar:
             stamp_ns = min(stamp_ns, cells.stamp_ns)
         detections = Detections(
-            stamp_ns, cells.points_map, cells.blind and self.has_lidar, tracker_state.tracks
-        )
-        return detections, TracksState(cells_state, tracker_state, detections)
+            stamp_ns, cells.points_map, cells.blind and self.has_lidar, tracker_state.tracks,
+            kerbs_map=self.kerbs.places_map(kerbs),
+        )  # fmt: skip
+        return detections, TracksState(cells_state, tracker_state, detections, kerbs)
+
+    def _with_kerbs(
+        self, kerbs: KerbsState, percepts: tuple[PerceptionInput, ...], cells_state: CellsState, stamp_ns: int
+    ) -> KerbsState:
+        """With those of the scan whose cells are in force."""
+        for percept in percepts:
+            if isinstance(percept, ObstaclePercept) and percept.stamp_ns == stamp_ns:
+                pose_map = pose_at(cells_state.poses, stamp_ns)
+                return self.kerbs.step(kerbs, percept.kerbs_base, pose_map, stamp_ns)
+        return kerbs
 
     def faults(self, state: TracksState, now_ns: int) -> tuple[Fault, ...]:
         """What is wrong with single lidars, as their driver says."""

@@ -78,6 +78,7 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     heights_m    (n,) height difference inside each cell
     points_used  returns that entered the map; 0 means the sensor is blind
     is_low       (n,) bool: kerbs, low steps with nothing above them; empty where nothing is known of it
+    kerbs_base   (k, 2) kerbs of a finder that does not take them for obstacles; none is among the cells
     """
 
     stamp_ns: int
@@ -85,6 +86,7 @@ class ObstaclePercept(msgspec.Struct, frozen=True, tag="obstacle_percept"):
     heights_m: np.ndarray
     points_used: int
     is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
+    kerbs_base: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 2)))
 
 
 class LidarCondition(msgspec.Struct, frozen=True):

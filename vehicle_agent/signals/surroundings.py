@@ -51,6 +51,7 @@ class Detections(msgspec.Struct, frozen=True):
 
     points_map  (n, 2) obstacle cell centres, map frame
     is_low      (n,) bool: kerbs, beside which one may drive but not over them; empty: none is
+    kerbs_map   (k, 2) kerbs of a finder that does not take them for obstacles
     stamp_ns    end of the scan they come from, 0 before the first
     signs       traffic signs ahead, of stacks that look for them
     """
@@ -61,6 +62,7 @@ class Detections(msgspec.Struct, frozen=True):
     tracks: Tracks = NO_TRACKS
     signs: tuple[SeenSign, ...] = ()
     is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
+    kerbs_map: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 2)))
 
 
 class LeadVehicle(msgspec.Struct, frozen=True):
@@ -123,6 +125,7 @@ class World(msgspec.Struct, frozen=True):
     detections_stamp_ns  of the detections in use
     points_map      (n, 2) obstacle cells that belong neither to fleet vehicles nor to tracks
     is_low          (n,) bool: which of them are kerbs; empty: none is
+    kerbs_map       (k, 2) kerbs of a finder that does not take them for obstacles
     fleet_vehicles  fleet vehicles reported lately, extrapolated to stamp_ns
     presence        the newest camera report of each area
     tracks          tracked road users; predictions in the same order
@@ -144,3 +147,4 @@ class World(msgspec.Struct, frozen=True):
     occupied_stops: tuple[str, ...] = ()
     signs: tuple[SeenSign, ...] = ()
     is_low: np.ndarray = msgspec.field(default_factory=lambda: np.empty(0, np.bool_))
+    kerbs_map: np.ndarray = msgspec.field(default_factory=lambda: np.empty((0, 2)))

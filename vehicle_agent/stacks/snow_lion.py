@@ -21,6 +21,8 @@ from vehicle_agent.world.view import VisibilityParams
 
 # Share of the steering rate that a plan may use: a path must not bend faster than the wheels turn.
 _STEER_SHARE = 0.85
+# A step of the ground this near beside the body on its line is a bump or a lowered kerb, and no edge.
+_KERB_KEEP_M = 0.2
 
 
 def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
@@ -47,6 +49,7 @@ def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) ->
             profile.limits.speed_mps_max,
             body.front_overhang_m,
             body.wheelbase_m,
+            kerb_keep_m=half_m + _KERB_KEEP_M,
         ),
         control=control(profile),
         guard=guard(profile),

@@ -83,6 +83,7 @@ class Surroundings(msgspec.Struct, frozen=True):
             tracks=detections.tracks,
             signs=detections.signs,
             is_low=is_low,
+            kerbs_map=detections.kerbs_map,
         )
         return world, SurroundingsState(recent, recent_presence, detections.stamp_ns, points, is_low)
 

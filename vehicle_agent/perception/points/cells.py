@@ -9,6 +9,7 @@ from numba import njit
 from contract.geometry import Array
 from vehicle_agent.perception.points.grid import BLOCK, PointGrid
 from vehicle_agent.perception.points.ground import ground_blocks, lowest_returns
+from vehicle_agent.perception.points.kerbs import kerb_cells
 from vehicle_agent.perception.points.outlines import outline
 from vehicle_agent.signals import ObstaclePercept
 
@@ -55,12 +56,15 @@ def point_heights(points_base: np.ndarray, grid: PointGrid) -> PointHeights:
 
 
 def percept_of(heights: PointHeights, stamp_ns: int, grid: PointGrid) -> ObstaclePercept:
-    """The edges of obstacles as planning takes them."""
+    """The edges of obstacles, and kerbs, as planning takes them."""
     rows, columns = np.nonzero(outline(heights.is_obstacle, grid.gap_cells))
     cells: Array = np.column_stack(
         ((rows + 0.5) * grid.cell_m - grid.reach_back_m, (columns + 0.5) * grid.cell_m - grid.reach_side_m)
     )
-    return ObstaclePercept(stamp_ns, cells, heights.top_m[rows, columns].astype(np.float64), heights.used)
+    kerbs = kerb_cells(heights.heights_m, heights.cell_of, heights.is_obstacle, grid)
+    return ObstaclePercept(
+        stamp_ns, cells, heights.top_m[rows, columns].astype(np.float64), heights.used, kerbs_base=kerbs
+    )
 
 
 @njit(cache=True)

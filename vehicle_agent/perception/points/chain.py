@@ -50,8 +50,8 @@ class PointPerception(msgspec.Struct, frozen=True):
         Raises ValueError for points of another shape.
         """
         heights = point_heights(points_base, self.grid)
-        cells = percept_of(heights, stamp_ns, self.grid)
         points = np.ascontiguousarray(points_base, dtype=np.float32)
+        cells = percept_of(heights, stamp_ns, self.grid)
         seen = objects_of_points(points, heights, stamp_ns, self.grid, self.clusters)
         if found is not None:
             seen = union(seen, found)

@@ -17,6 +17,7 @@ from vehicle_agent.planning.motion import trajectory_lookup
 from vehicle_agent.planning.motion.cadence import Cadence
 from vehicle_agent.planning.motion.corridor import NO_CORRIDOR, corridor_of, window
 from vehicle_agent.planning.motion.request import StartState
+from vehicle_agent.planning.motion.seen_kerbs import narrowed
 from vehicle_agent.planning.waypoint.following import stop_reason
 from vehicle_agent.signals import (
     Corridor,
@@ -66,6 +67,7 @@ class MotionPlanningState(msgspec.Struct, frozen=True):
 class MotionPlanning:
     """lead_ns        from a job to the moment its trajectory begins: the planner and the way to it and back
     answer_ns_max  a plan that was asked for and does not come within this time ends in a stop
+    kerb_keep_m    steps of the ground nearer to the line than this are none of its edges (`seen_kerbs`)
     """
 
     def __init__(
@@ -80,6 +82,7 @@ class MotionPlanning:
         answer_ns_max: int = PLAN_ANSWER_AGE_NS_MAX,
         behind_m: float = 8.0,
         ahead_m: float = 55.0,
+        kerb_keep_m: float = 1.2,
     ) -> None:
         self._network = network
         self._speed_mps_max = speed_mps_max
@@ -91,6 +94,7 @@ class MotionPlanning:
         self._answer_ns_max = answer_ns_max
         self._behind_m = behind_m
         self._ahead_m = ahead_m
+        self._kerb_keep_m = kerb_keep_m
 
     def initial(self) -> MotionPlanningState:
         return MotionPlanningState()
@@ -156,6 +160,7 @@ class MotionPlanning:
         if stands and (task.mode in ("idle", "dwell") or task.stop_s_m - task.s_m < 0.05):
             return state
         near = window(state.corridor, task.s_m, self._behind_m, self._ahead_m)
+        near = narrowed(near, world.kerbs_map, self._kerb_keep_m)
         near_road_users = self._cadence.is_near_road_users(world, near, ego)
         if not (near_road_users or state.near_road_users or self._has_changed(state, ego, task, limit_mps)):
             return state
