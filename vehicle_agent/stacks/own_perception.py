@@ -30,6 +30,8 @@ _BLIND_M = 1.7
 _BELOW_AHEAD_M, _BELOW_ASIDE_M = 3.5, 1.0
 # Who stands so far behind the bumper, beside the vehicle, does not step before it.
 _FRONT_CORNER_M = 0.5
+# The middle of a person is no nearer to the flank; before the bumper it may lean over by half of that.
+_HALF_PERSON_M = 0.2
 
 
 def tracks_worker(profile: Profile) -> TracksWorker:
@@ -104,9 +106,9 @@ def point_perception(profile: Profile) -> PointPerception:
             blind_m=(-body.rear_overhang_m - _BLIND_M, body.front_overhang_m + _BLIND_M, half_m + _BLIND_M),
             below_beams=FrontArea(
                 begin_m=body.front_overhang_m - _FRONT_CORNER_M,
-                bumper_m=body.front_overhang_m,
+                bumper_m=body.front_overhang_m + 0.5 * _HALF_PERSON_M,
                 end_m=body.front_overhang_m + _BELOW_AHEAD_M,
-                half_width_m=half_m,
+                half_width_m=half_m + _HALF_PERSON_M,
                 side_m=half_m + _BELOW_ASIDE_M,
             ),
         ),

@@ -13,16 +13,19 @@ from vehicle_agent.perception.tracking.motion import PX, TURN, VX, Z_VAR, ZVX, Z
 from vehicle_agent.perception.tracking.params import TrackerParams
 from vehicle_agent.perception.tracking.tracks import TrackTable
 from vehicle_agent.signals import PEDESTRIAN
+from vehicle_agent.signals.objects import SeenObjects
 
 # Standard deviations of the place and velocity of who is not seen, m and m/s.
 _PLACE_STD_M, _VELOCITY_STD_MPS = 0.4, 0.6
+# Who leaves is seen so far outside the area, and beside the body so far behind its beginning, m.
+_BOUNDS_M, _BEHIND_M = 1.0, 3.0
 
 
 class FrontArea(NamedTuple):
     """Where all of a person may be below the beams, base frame: before the bumper and beside its corners.
 
     begin_m, end_m, side_m  x from, x to, and how far to either side
-    bumper_m, half_width_m  of the body, in which nobody stands
+    bumper_m, half_width_m  behind the one and within the other is the body, where nobody can stand
     """
 
     begin_m: float
@@ -37,6 +40,13 @@ class FrontArea(NamedTuple):
         within: BoolArray = (x > self.begin_m - margin_m) & (x < self.end_m + margin_m)
         within &= (aside < self.side_m + margin_m) & ~((x < self.bumper_m) & (aside < self.half_width_m))
         return within
+
+    def is_left_at(self, places_base: Array) -> BoolArray:
+        """(n,) places (n, 2) where who leaves comes into view: at its bounds, and beside the body."""
+        x, aside = places_base[:, 0], np.abs(places_base[:, 1])
+        at: BoolArray = (x > self.begin_m - _BEHIND_M) & (x < self.end_m + _BOUNDS_M)
+        at &= aside < self.side_m + _BOUNDS_M
+        return at
 
 
 NO_AREA = FrontArea(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -70,15 +80,22 @@ def mark_below(
 
 
 def found_again(
-    tracks: TrackTable, measured: Array, kinds: IntArray, new: IntArray, params: TrackerParams
+    tracks: TrackTable,
+    measured: Array,
+    seen: SeenObjects,
+    new: IntArray,
+    area: FrontArea,
+    dt_s: float,
+    params: TrackerParams,
 ) -> tuple[IntArray, IntArray]:
     """((k,) rows, (k,) objects) of who was below the beams and appears as one of the objects `new`.
 
-    measured (m, 6) as `motion` has it, kinds (m,) of the objects. The nearest pairs first.
+    measured (m, 6) as `motion` has it, of the objects `seen`; dt_s between scans. The nearest pairs first.
     """
     rows = np.flatnonzero(tracks.is_below)
-    people = new[kinds[new] == PEDESTRIAN]
+    people = new[(seen.kinds[new] == PEDESTRIAN) & area.is_left_at(seen.poses_base[new, :2])]
     apart: Array = np.linalg.norm(tracks.means[rows, None, 0, PX:VX] - measured[None, people, ZX:ZVX], axis=2)
+    apart -= params.below_mps * dt_s * tracks.misses[rows, None]
     pairs: list[tuple[int, int]] = []
     while apart.size and apart.min() <= params.below_reach_m:
         row, column = np.unravel_index(int(np.argmin(apart)), apart.shape)

@@ -102,7 +102,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         self._count(tracks, kinds, rows, seen, pose_map)
         new = np.setdiff1d(np.arange(len(seen.kinds)), columns)
         new = new[seen.scores[new] >= params.score_min]
-        again = found_again(tracks, measured, seen.kinds, new, params)
+        again = found_again(tracks, measured, seen, new, self.below_beams, dt_s, params)
         restart(tracks, again[0], measured[again[1]])
         tracks.visible_m[again[0]] = _known(seen.visible()[again[1]])
         new = np.setdiff1d(new, again[1])

@@ -69,6 +69,25 @@ def test_who_walks_up_to_the_bumper_stays_there_until_they_are_seen_to_leave() -
     assert percept.velocities_base_mps[0, 1] == pytest.approx(1.0, abs=0.3)
 
 
+def test_who_appears_where_they_cannot_be_yet_is_somebody_else() -> None:
+    scene = Scene()
+    number = scene.comes_up(0.05).ids.tolist()
+    scene.nothing(5)
+    for _ in range(5):
+        percept = scene.scan((BUMPER_M + 3.0, 2.3), 1.2)
+    assert len(percept.ids) == 2
+    assert set(number) < set(percept.ids.tolist())
+
+
+def test_who_comes_out_far_from_the_vehicle_is_somebody_else() -> None:
+    scene = Scene()
+    number = scene.comes_up(0.05).ids.tolist()
+    scene.nothing(100)
+    for _ in range(5):
+        percept = scene.scan((BUMPER_M + 0.5, 7.0), 1.2)
+    assert set(number) < set(percept.ids.tolist())
+
+
 def test_who_was_seen_from_head_to_foot_and_is_not_any_more_has_gone() -> None:
     scene = Scene()
     scene.comes_up(1.2)
