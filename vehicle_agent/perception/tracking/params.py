@@ -54,8 +54,8 @@ class TrackerParams(NamedTuple):
     top_only_m       of a person no more than this height was seen last: the beams pass over the rest
     below_scans      a person who then vanishes before the bumper stays there for so long
     below_drift      share of their velocity that is left after each of these scans
-    below_reach_m, below_mps  who appears at the area's bounds without a track is them, if no farther away than
-                     below_reach_m and this speed times the time unseen
+    below_reach_m, below_mps  who appears at the area's bounds without a track is them, if no farther away
+                     than below_reach_m and this speed times the time unseen
     gap_s_max        after a longer gap all tracks end
     """
 
