@@ -24,7 +24,7 @@ class CellsState(msgspec.Struct, frozen=True):
     hidden_map (n, 2), hidden_ns (n,)  cells in the blind zone, and when each was last detected
     hidden_low (n,)                    which of them are kerbs
     hidden_left (n,)                   which of them may have left: somebody has appeared since
-    recent_map                         (k, 2) cells of each of the last scans, oldest first
+    recent_map                         (k, 2) cells of each of the last scans near the zone, oldest first
     lidars                             what the lidars' driver said last
     """
 
@@ -51,6 +51,7 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
     rest_mps     a slower vehicle is at rest
     appears_m, recent_scans  a cell with none so near in so many scans before it is somebody who appears
     leaves_mps, leaves_m     who has left is within leaves_m, and this speed times the time unseen
+    bounds_m     and comes into view so near outside the zone
     history_ns   poses are kept this long, for percepts that arrive late
     """
 
@@ -70,6 +71,7 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
     recent_scans: int = 5
     leaves_mps: float = 3.0
     leaves_m: float = 1.0
+    bounds_m: float = 1.5
     history_ns: int = 600_000_000
 
     def initial(self) -> CellsState:
@@ -108,7 +110,8 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         pose_map = pose_at(state.poses, percept.stamp_ns)
         new_map = transform_points(pose_map, percept.cells_base)
         new_ns = np.full(len(new_map), percept.stamp_ns, np.int64)
-        has_left = self._may_have_left(state, new_map, percept.stamp_ns)
+        bounds = self._at_bounds(percept.cells_base)
+        has_left = self._may_have_left(state, new_map[bounds], percept.stamp_ns)
         lasts_ns = np.where(has_left | (not at_rest), self.memory_ns, self.rest_memory_ns)
         remembered = self._still_hidden(state, pose_map, new_map, percept.stamp_ns, lasts_ns)
         hidden_map: Array = np.vstack((state.hidden_map[remembered], new_map))
@@ -126,7 +129,7 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         hidden_left = np.concatenate((has_left[remembered], np.zeros(len(new_map), np.bool_)))[in_zone]
         return detections, CellsState(
             state.poses, detections, hidden_map[in_zone], hidden_ns[in_zone], state.lidars, hidden_low,
-            hidden_left, (*state.recent_map, new_map)[-self.recent_scans :],
+            hidden_left, (*state.recent_map, new_map[bounds])[-self.recent_scans :],
         )  # fmt: skip
 
     def faults(self, state: CellsState, now_ns: int) -> tuple[Fault, ...]:
@@ -134,9 +137,12 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         return lidar_faults(state.lidars, now_ns)
 
     def _may_have_left(self, state: CellsState, new_map: Array, now_ns: int) -> np.ndarray:
-        """(n,) True for remembered cells of which somebody who has appeared since may be the one."""
+        """(n,) True for remembered cells of which somebody who has appeared since may be the one.
+
+        new_map (k, 2) the scan's cells at the zone's bounds
+        """
         left: np.ndarray = state.hidden_left.copy()
-        if not len(left):
+        if not len(left) or self.rest_memory_ns <= self.memory_ns:
             return left
         known_map = np.vstack(state.recent_map) if state.recent_map else new_map[:0]
         appears = new_map[~_near_any(new_map, known_map, self.appears_m)]
@@ -155,6 +161,12 @@ class HeightMapPerception(msgspec.Struct, frozen=True):
         if remembered.any():
             remembered &= ~_near_any(state.hidden_map, new_map, self.memory_m)
         return remembered
+
+    def _at_bounds(self, cells_base: Array) -> np.ndarray:
+        """(n,) which cells (n, 2) lie in the zone, or no farther outside than who leaves comes into view."""
+        away_m = np.hypot(cells_base[:, 0] - self.lidar_x_m, cells_base[:, 1])
+        at: np.ndarray = away_m <= self.blind_radius_m + self.bounds_m
+        return at
 
     def _in_blind_zone(self, points_base: Array, margin_m: float) -> np.ndarray:
         x, y = points_base[:, 0], points_base[:, 1]
