@@ -18,7 +18,7 @@ from vehicle_agent.device_feed import DeviceFeedError
 
 # More road users than that are left out, the last first.
 BODIES_MAX = 4000
-_VEHICLES_MAX = 64
+_VEHICLES_MAX = 1000
 # A counter that is odd while a moment is written; stamp, vehicles, bodies.
 _HEADER = struct.Struct("<qqqq")
 _VALUES = 9
@@ -55,7 +55,7 @@ class MomentFile:
             _HEADER.pack_into(self._map, 0, 0, 0, 0, 0)
 
     def write(self, moment: Moment) -> None:
-        """Raises ValueError for more than 64 vehicles."""
+        """Raises ValueError for more than 1000 vehicles."""
         vehicles, count = len(moment.poses_map), min(len(moment.bodies.numbers), BODIES_MAX)
         if vehicles > _VEHICLES_MAX:
             raise ValueError(f"a moment has at most {_VEHICLES_MAX} vehicles, not {vehicles}")

@@ -62,8 +62,8 @@ def test_too_many_road_users_are_cut_and_too_many_vehicles_refused(tmp_path: Pat
     found = MomentFile(moment_path(tmp_path), create=False).read()
     assert found is not None
     assert len(found.bodies.numbers) == BODIES_MAX
-    with pytest.raises(ValueError, match="at most 64 vehicles"):
-        written.write(a_moment(20, vehicles=65))
+    with pytest.raises(ValueError, match="at most 1000 vehicles"):
+        written.write(a_moment(20, vehicles=1001))
 
 
 def test_without_a_simulator_there_is_no_moment(tmp_path: Path) -> None:
