@@ -1,5 +1,6 @@
 """Jobs on processes of this machine."""
 
+import errno
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -54,8 +55,11 @@ class LocalCampaign(Campaign):
     def _submit(self, function: Callable[[Any], Any], job: Any) -> Handle:
         try:
             return self._pool.submit(function, job)
-        except BrokenProcessPool:
+        except (BrokenProcessPool, ValueError, OSError) as error:
+            if isinstance(error, OSError) and error.errno != errno.EBADF:
+                raise
             # It broke between two results; the jobs that it had are submitted again when they are asked for.
+            # While it breaks, it closes its pipes, and a process that is spawned for this job cannot have them.
             self._replace_pool()
             return self._pool.submit(function, job)
 

@@ -1,12 +1,15 @@
 """Campaigns on processes of this machine."""
 
+import errno
 from itertools import count, islice
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
 from campusloop.campaigns.campaign import Campaign, WorkerLost
 from campusloop.campaigns.choice import open_campaign
+from campusloop.campaigns.local import LocalCampaign
 from tests.campusloop.campaigns.jobs import Deadly, environment_mark, failing, number_of, set_mark, squared
 
 
@@ -69,6 +72,17 @@ def test_results_come_in_order_from_prepared_processes_and_a_killed_one_is_repla
         assert list(campaign.run(environment_mark, [None])) == ["prepared"]
         assert list(campaign.run(number_of, jobs)) == [0, 1, 2]
     assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("bad value(s) in fds_to_keep"), OSError(errno.EBADF, "bad file")]
+)
+def test_a_pool_whose_pipes_are_being_closed_is_replaced(tmp_path: Path, error: Exception) -> None:
+    """A worker was killed, and the next job is submitted while the pool notices."""
+    with open_campaign(workers=2, prepare=None) as campaign:
+        assert isinstance(campaign, LocalCampaign)
+        with patch.object(campaign._pool, "submit", side_effect=error):
+            assert list(campaign.run(number_of, [Deadly(k, tmp_path) for k in range(3)])) == [0, 1, 2]
 
 
 def test_a_job_that_always_ends_its_process_ends_the_campaign_with_its_name(tmp_path: Path) -> None:
