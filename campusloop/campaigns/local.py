@@ -59,7 +59,7 @@ class LocalCampaign(Campaign):
             if isinstance(error, OSError) and error.errno != errno.EBADF:
                 raise
             # It broke between two results; the jobs that it had are submitted again when they are asked for.
-            # While it breaks, it closes its pipes, and a process that is spawned for this job cannot have them.
+            # While it breaks, it closes its pipes, and a process that is spawned meanwhile cannot have them.
             self._replace_pool()
             return self._pool.submit(function, job)
 
