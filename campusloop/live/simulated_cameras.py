@@ -10,7 +10,7 @@ _KBPS = 200
 
 def cameras_file() -> str:
     """A vehicle's cameras.toml."""
-    lines = ["# Simulated: nobody is seen who could mind.", f"keep_gib = {_KEEP_GIB}", 'blur = "none"']
+    lines = ["# Simulated people need no blur.", f"keep_gib = {_KEEP_GIB}", 'blur = "none"']
     for name in NAMES:
         lines += [
             f"[cameras.{name}]", 'source = "ring"', f"width_px = {WIDTH_PX}", f"height_px = {HEIGHT_PX}",

@@ -1,4 +1,4 @@
-"""Who stands close before the bumper is below the lidars' beams, and has not gone."""
+"""A person close before the bumper is below the lidars' beams, and has not gone."""
 
 import math
 
@@ -30,7 +30,7 @@ class Scene:
         self.number, self.state = 0, TRACKER.initial()
 
     def scan(self, place: tuple[float, float] | None, visible_m: float, pose: Pose2 = HERE) -> TrackPercept:
-        """place: None for a scan that shows nobody."""
+        """place: None for a scan without a person."""
         n = 0 if place is None else 1
         places = np.zeros((n, 3))
         if place is not None:
