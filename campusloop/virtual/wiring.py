@@ -246,8 +246,8 @@ class WiredVehicle:
             source = MATCHED_SOURCE if isinstance(answer, MatchedScan) else "localization"
             self._deliver(source, answer, now_ns, input_filter)
         outputs = self._tick(self.computer, now_ns)
-        ego = outputs.flow.ego
-        self._perception.take(EgoMotion(now_ns, ego.speed_mps, ego.yaw_rate_radps))
+        ego, task = outputs.flow.ego, outputs.flow.task
+        self._perception.take(EgoMotion(now_ns, ego.speed_mps, ego.yaw_rate_radps, task.waved_on_ns))
         self._plan(outputs.jobs, now_ns + PLAN_DELAY_NS + plan_late_ns)
         if self.localization is not None:
             self.localization.step(outputs.localization_jobs, now_ns)

@@ -54,7 +54,7 @@ def shuttle(server: ServerProcess, enrolled_shuttle: ScriptedShuttle) -> Iterato
     speed_mps = enrolled_shuttle.speed_mps
     yield enrolled_shuttle
     enrolled_shuttle.speed_mps = speed_mps
-    enrolled_shuttle.cameras = {}
+    enrolled_shuttle.cameras, enrolled_shuttle.obstacle_m = {}, None
     server.cancel_rides()
 
 

@@ -112,6 +112,9 @@ class ScriptedShuttle:
         self._stood_s = 0.0
         self._shown_until_s = 0.0
         self.named: Pose2 | None = None
+        # What it says that it stands before, and the kinds of the commands that it was given.
+        self.obstacle_m: float | None = None
+        self.commanded: list[str] = []
         # Its cameras, each with the picture that it sees.
         self.cameras: dict[str, bytes] = {}
         self._camera_until_s: dict[str, float] = {}
@@ -203,6 +206,7 @@ class ScriptedShuttle:
         return tuple(grant for grant in grants if grant not in self._journey.gone)
 
     def _obey(self, command: Command) -> None:
+        self.commanded.append(command.kind)
         if command.kind == "announce":
             self._spoken = command.text
         elif command.kind == "show_scene":
@@ -367,4 +371,5 @@ class ScriptedShuttle:
             screen=SCREEN_TO.format(name=name) if name else SCREEN_REST,
             spoken=self._spoken,
             waiting_for=self._waiting_for,
+            obstacle_m=self.obstacle_m,
         )

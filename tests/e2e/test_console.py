@@ -1,3 +1,4 @@
+import time
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,19 @@ def test_a_vehicle_is_held_and_resumed(console: Page) -> None:
     expect(panel.locator(".chip").first).to_have_text("Held")
     panel.get_by_role("button", name="Resume").click()
     expect(panel.locator(".chip").first).not_to_have_text("Held")
+
+
+def test_a_shuttle_that_stands_before_something_is_waved_on(console: Page, shuttle: ScriptedShuttle) -> None:
+    panel = show_vehicle(console, "Shuttle 1")
+    shuttle.speed_mps, shuttle.obstacle_m = 0.0, 1.2
+    expect(panel.locator(".chip").first).to_have_text("Blocked")
+    shuttle.commanded.clear()
+    panel.get_by_role("button", name="Resume").click()
+    expect(panel.get_by_text("Resume: sent to the shuttle.")).to_be_visible()
+    deadline_s = time.monotonic() + 1e-3 * WITHIN_MS
+    while "resume" not in shuttle.commanded and time.monotonic() < deadline_s:
+        console.wait_for_timeout(100)
+    assert shuttle.commanded == ["resume"]
 
 
 @pytest.mark.usefixtures("shuttle")

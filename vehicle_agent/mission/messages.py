@@ -186,7 +186,14 @@ def _resume(
                 f"the vehicle stands {aside_m:.1f} m beside its lane: drive it onto the lane by hand",
             )
         state = found
-    return state.after(held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns), ""
+    # The server resumes a vehicle whose hold is over, too: nobody has looked what else it waits for.
+    waved_on_ns = state.waved_on_ns if state.held else state.stamp_ns
+    return (
+        state.after(
+            held=False, hold_reason=None, hold_detail="", resumed_ns=state.stamp_ns, waved_on_ns=waved_on_ns
+        ),
+        "",
+    )
 
 
 def _aside_m(state: MissionState, ego: Ego) -> float:

@@ -175,6 +175,7 @@ class Mission(msgspec.Struct, frozen=True):
             hold_reason=hold_reason,
             hold_detail=hold_detail,
             resumed_ns=state.resumed_ns,
+            waved_on_ns=state.waved_on_ns,
             announcement=state.announcement,
             announcement_zh=state.announcement_zh,
             announced_ns=state.announced_ns,

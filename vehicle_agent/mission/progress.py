@@ -127,7 +127,7 @@ def _leave_stop(state: MissionState, rules: MissionRules, ego: Ego, world: World
     near_since_ns = state.near_since_ns or state.stamp_ns
     clear_since_ns = 0 if math.isfinite(hindrance_m) else state.clear_since_ns or state.stamp_ns
     is_clear = clear_since_ns > 0 and state.stamp_ns - clear_since_ns >= rules.near_clear_ns
-    if is_clear or state.resumed_ns > near_since_ns:
+    if is_clear or state.waved_on_ns > near_since_ns:
         cleared = (Blocked(near_since_ns, True, 0.0, ego.pose_map),) if state.near_reported else ()
         return state.after(
             *cleared, stage="driving", temporary=None, near_since_ns=0, clear_since_ns=0, near_reported=False

@@ -29,6 +29,7 @@ class MissionState(msgspec.Struct, frozen=True):
     is_off_route  the vehicle is off its line: a driver took it elsewhere
     near_since_ns, clear_since_ns  departure check of a temporary stop: since when it waits, since when free
     near_reported  the operator was told of that wait
+    resumed_ns, waved_on_ns  the task's
     wait_s_m, stop_free_since_ns  where to wait for an occupied stop, None while there is none; since when it
                   is free again, 0 while it is not
     refused_ns    when the seat button was last refused under way, 0 before
@@ -42,6 +43,7 @@ class MissionState(msgspec.Struct, frozen=True):
     hold_detail: str = ""
     hold_s_m: float = 0.0
     resumed_ns: int = 0
+    waved_on_ns: int = 0
     route: OrderLine | None = None
     line_count: int = 0
     s_m: float = 0.0

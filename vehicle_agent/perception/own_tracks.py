@@ -57,10 +57,14 @@ class TracksWorker:
         self._perception, self._finder = perception, finder
         self._way = ReckonedWay()
         self._state = perception.initial()
+        self._waved_on_ns = 0
         self._shown = ThinnedScans(thinning)
 
     def take(self, motion: EgoMotion) -> None:
         self._way = self._way.with_motion(motion)
+        if motion.waved_on_ns != self._waved_on_ns:
+            self._waved_on_ns = motion.waved_on_ns
+            self._state = self._perception.without_below(self._state)
 
     def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
         points = self._straightened(rows)

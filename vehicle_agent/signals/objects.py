@@ -40,8 +40,11 @@ class EgoMotion(msgspec.Struct, frozen=True, tag="ego_motion"):
     """The vehicle's motion in one tick, from which the perception worker reckons its way between two scans.
 
     Speed and yaw rate, not a pose: a corrected pose would move everything that stands.
+
+    waved_on_ns  the task's: an operator has looked, and nobody is where the vehicle does not see
     """
 
     stamp_ns: int
     speed_mps: float
     yaw_rate_radps: float
+    waved_on_ns: int = 0

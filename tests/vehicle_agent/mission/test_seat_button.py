@@ -205,6 +205,17 @@ def test_the_operator_hears_once_of_people_who_stay_and_ends_the_wait_by_a_resum
     assert [event.cleared for event in shuttle.of(Blocked)] == [False, True]  # type: ignore[attr-defined]
 
 
+def test_a_hold_that_is_over_does_not_end_the_wait_for_people() -> None:
+    """The server resumes a vehicle by the clock: no operator has looked."""
+    shuttle, _ = leaving_with_somebody_alongside()
+    shuttle.run(5)
+    shuttle.step(Command(1, "wait", "hold"))
+    shuttle.run(2)
+    shuttle.step(Command(2, "the time is over", "resume"))
+    shuttle.run(5)
+    assert shuttle.speed_mps == 0.0
+
+
 def test_one_look_without_the_people_alongside_is_no_reason_to_go() -> None:
     shuttle, alongside = leaving_with_somebody_alongside()
     for _ in range(8):

@@ -59,6 +59,10 @@ class PointPerception(msgspec.Struct, frozen=True):
         tracks, state = self.tracker.step(state, seen, pose_map)
         return cells, tracks, state
 
+    def without_below(self, state: ObjectTrackerState) -> ObjectTrackerState:
+        """Without those who are not seen because all beams pass over them, as `ObjectTracker` says."""
+        return self.tracker.without_below(state)
+
     def _with_visible_heights(
         self, seen: SeenObjects, points: np.ndarray, heights: PointHeights
     ) -> SeenObjects:

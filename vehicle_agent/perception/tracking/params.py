@@ -52,8 +52,8 @@ class TrackerParams(NamedTuple):
     moved_m          and how far it must have moved
     still            squared deviation at which a velocity counts half: jitter of what stands is smaller
     top_only_m       of a person no more than this height was seen last: the beams pass over the rest
-    below_scans      a person who then vanishes before the bumper stays there for so long
-    below_drift      share of their velocity that is left after each of these scans
+    below_drift      a person who then vanishes before the bumper stays there; share of their velocity that
+                     is left after each scan
     below_reach_m, below_mps  who appears at the area's bounds without a track is them, if no farther away
                      than below_reach_m and this speed times the time unseen
     gap_s_max        after a longer gap all tracks end
@@ -80,7 +80,6 @@ class TrackerParams(NamedTuple):
     moved_m: float = 1.2
     still: float = 1.0
     top_only_m: float = 0.4
-    below_scans: int = 300
     below_drift: float = 0.8
     below_reach_m: float = 1.0
     below_mps: float = 1.5

@@ -112,6 +112,10 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         after = ObjectTrackerState(seen.stamp_ns, state.next_id + len(born), tracks)
         return percept_of_tracks(tracks, seen.stamp_ns, pose_map, params), after
 
+    def without_below(self, state: ObjectTrackerState) -> ObjectTrackerState:
+        """Without those who were below the beams in the last scan: an operator has looked."""
+        return msgspec.structs.replace(state, tracks=state.tracks.selected(~state.tracks.is_below))
+
     def _measured(self, seen: SeenObjects, pose_map: Pose2) -> Array:
         """(m, 6) the objects as measurements in the map frame."""
         measured = np.empty((len(seen.kinds), Z_COLUMNS))
@@ -226,8 +230,10 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     def _living(self, tracks: TrackTable) -> BoolArray:
         params = self.params
         in_view = tracks.misses - tracks.hidden
-        scans = np.where(tracks.is_below, params.below_scans, params.hidden_scans)
-        confirmed = (in_view <= params.coast_scans) & (tracks.misses <= scans)
+        # Who is below the beams stays until they leave or an operator resumes: a vehicle at rest can wait.
+        confirmed = (in_view <= params.coast_scans) & (
+            tracks.is_below | (tracks.misses <= params.hidden_scans)
+        )
         tentative = (tracks.misses < params.tentative_misses) & (tracks.ages < params.confirm_scans)
         living: BoolArray = np.where(tracks.is_confirmed, confirmed, tentative)
         return living

@@ -202,8 +202,8 @@ class TickProcess:
         if outputs.localization_jobs:
             self._mailbox.post(self._mail / "localization", LocalizationJobs(outputs.localization_jobs))
         if self._worker_tracks:
-            ego = outputs.flow.ego
-            motion = EgoMotion(now_ns, ego.speed_mps, ego.yaw_rate_radps)
+            ego, task = outputs.flow.ego, outputs.flow.task
+            motion = EgoMotion(now_ns, ego.speed_mps, ego.yaw_rate_radps, task.waved_on_ns)
             self._mailbox.post(self._mail / "worker", TickMotion(motion))
         if outputs.hmi != self._shown or now_ns - self._shown_ns >= SHOW_EVERY_NS:
             self._shown, self._shown_ns = outputs.hmi, now_ns

@@ -7,13 +7,14 @@ import pytest
 
 from contract.geometry import Pose2
 from tests.vehicle_agent.perception.test_height_map import a_scan
+from vehicle_agent.perception.own_tracks import TracksWorker
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.tracking.below_beams import FrontArea
 from vehicle_agent.perception.tracking.params import DEFAULT_PARAMS
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals import PEDESTRIAN, TrackPercept
-from vehicle_agent.signals.objects import SeenObjects
+from vehicle_agent.signals.objects import EgoMotion, SeenObjects
 
 BUMPER_M = 3.5
 AREA = FrontArea(BUMPER_M - 0.5, BUMPER_M, BUMPER_M + 3.5, 0.8, 1.8)
@@ -114,25 +115,48 @@ def test_nobody_stays_in_the_own_body() -> None:
     assert len(scene.nothing(DEFAULT_PARAMS.shown_scans + 1).ids) == 0
 
 
-def test_nobody_stays_unseen_for_ever() -> None:
+def test_whoever_stands_there_for_minutes_is_not_forgotten() -> None:
     scene = Scene()
     scene.comes_up(0.05)
-    assert len(scene.nothing(DEFAULT_PARAMS.below_scans - 10).ids) == 1
-    assert len(scene.nothing(20).ids) == 0
+    assert len(scene.nothing(3000).ids) == 1
+
+
+class RoofLidarDrive:
+    """Under one lidar on the roof: a child of 1.2 m comes up to it, and is below all beams from 7 m on."""
+
+    def __init__(self) -> None:
+        self.worker = TracksWorker(
+            PointPerception(
+                PointGrid(2.4, BUMPER_M, 0.85, 0.82),
+                tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
+            )
+        )
+        self.number, self.waved_on_ns = 0, 0
+        self.shown = [len(self.scan(max(5.0, 10.0 - 0.1 * k)).ids) for k in range(1, 90)]
+
+    def scan(self, x_m: float) -> TrackPercept:
+        self.number += 1
+        now_ns = 100_000_000 * self.number
+        self.worker.take(EgoMotion(now_ns, 0.0, 0.0, self.waved_on_ns))
+        points = a_scan([(x_m, 0.2, 0.4, 1.2)])
+        _, tracks = self.worker.percepts(np.column_stack((points, np.zeros((len(points), 2)))), now_ns)
+        assert isinstance(tracks, TrackPercept)
+        return tracks
 
 
 def test_a_child_before_the_bumper_is_not_forgotten_by_the_whole_chain() -> None:
-    """1.2 m high, under one lidar on the roof: it comes up from 9 m, and is below all beams from 7 m on."""
-    perception = PointPerception(
-        PointGrid(2.4, BUMPER_M, 0.85, 0.82),
-        tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
-    )
-    state, shown = perception.initial(), []
-    for number in range(1, 90):
-        x_m = max(5.0, 10.0 - 0.1 * number)
-        points = a_scan([(x_m, 0.2, 0.4, 1.2)])
-        _, tracks, state = perception.step(
-            state, points, np.zeros(len(points)), 100_000_000 * number, Pose2(0.0, 0.0, 0.0)
-        )
-        shown.append(len(tracks.ids))
-    assert shown[-1] == 1
+    assert RoofLidarDrive().shown[-1] == 1
+
+
+def test_an_operator_who_has_looked_and_waves_it_on_ends_the_wait_for_whoever_is_not_seen() -> None:
+    drive = RoofLidarDrive()
+    drive.waved_on_ns = 42
+    assert len(drive.scan(5.0).ids) == 0
+
+
+def test_that_forgets_nobody_who_is_seen_and_none_who_come_after_it() -> None:
+    scene = Scene()
+    scene.comes_up(1.2)
+    scene.state = TRACKER.without_below(scene.state)
+    assert len(scene.comes_up(0.05).ids) == 1
+    assert len(scene.nothing(100).ids) == 1

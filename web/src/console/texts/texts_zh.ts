@@ -653,7 +653,7 @@ export const zh: ConsoleTexts = {
     key_conflict: "请关闭错误的计算机，然后关闭该事件。",
     minimal_risk_stop: "请确认道路畅通且无人受伤，然后点“继续”。",
     takeover: "请等安全员交还车辆，然后点“继续”。",
-    vehicle_blocked: "请清除障碍物。若耗时较长，请安排乘客换乘其他车辆。",
+    vehicle_blocked: "请清除障碍物；若车前已无人，请点“继续”。若耗时较长，请安排乘客换乘其他车辆。",
     vehicle_silent: "请检查车辆的无线连接；若一直没有消息，请派人前往。",
     vehicle_fault: "请检查车辆，然后点“继续”。",
     protocol_violation: "请更新车辆或服务器的软件。",

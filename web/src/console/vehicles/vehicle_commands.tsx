@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import { api, resultOf } from "../../shared/api/client";
 import type { Problem, Result } from "../../shared/api/problem";
+import { conditionOf } from "../../shared/scene/condition";
 import { modeOf, type Scene, type VehicleScene } from "../../shared/scene/scene";
 import { ProblemAlert } from "../../shared/ui/alerts";
 import { ConfirmDialog } from "../../shared/ui/dialog";
@@ -51,6 +52,8 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
     open_dialog.value = null;
   };
   const is_held = facts.held || modeOf(vehicle) !== "autonomous";
+  // Who stays before a shuttle, or beside one that wants to leave, keeps it standing until an operator has looked.
+  const waits = ["blocked", "standing"].includes(conditionOf(vehicle));
   return (
     <div class="commands">
       <RoleGate roles={["safety"]}>
@@ -58,7 +61,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           <button
             type="button"
             class={`button small ${is_held ? "main" : ""}`}
-            disabled={!is_held}
+            disabled={!is_held && !waits}
             onClick={() => void run("resume", t.resume)}
           >
             {t.resume}
