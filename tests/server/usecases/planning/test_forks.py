@@ -2,6 +2,7 @@
 
 import asyncio
 import pickle
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -12,13 +13,19 @@ from server.domain.errors import ForkImpossible, ForksBusy, ForkStopped, ForkUnk
 from server.domain.rides.rides import RideState
 from server.loops.forks import FORKS_MAX, InlineForks, ProcessForks
 from server.usecases.planning.forks import ForkInput, ForkResult, fork_input, run_fork
+from tests.server.usecases.campus_under_test import CampusUnderTest
 from tests.server.usecases.fake_fleet import FakeFleet
+from tests.server.usecases.shipped_maps import shipped_map
 
 
-@pytest.fixture
-def drive(driven_fleet: FakeFleet) -> tuple[FakeFleet, datetime]:
-    """Rides, one of which is on board at the moment that is returned, and others that are wanted later."""
-    fleet = driven_fleet
+@pytest.fixture(scope="module")
+def drive() -> Iterator[tuple[FakeFleet, datetime]]:
+    """Rides, one of which is on board at the moment that is given, and others that are wanted later.
+
+    Forks change nothing: all tests look at the same drive.
+    """
+    campus = CampusUnderTest(shipped_map("snow-lion"))
+    fleet = FakeFleet(campus, shipped_map("snow-lion"), 2).start()
     stops = [stop.stop_id for stop in fleet.network.road_map.stops]
     first = fleet.book(stops[0], stops[4])
     waiting = [fleet.book(stops[k], stops[k + 3]) for k in (1, 2)]
@@ -33,7 +40,8 @@ def drive(driven_fleet: FakeFleet) -> tuple[FakeFleet, datetime]:
         if all(fleet.ride(ride.ride_id).state is RideState.COMPLETED for ride in (first, *waiting, *later)):
             break
         fleet.step()
-    return fleet, moment
+    yield fleet, moment
+    campus.close()
 
 
 def forked(
