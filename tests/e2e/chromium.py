@@ -4,8 +4,8 @@ import os
 import shutil
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
-# Playwright's own list, which this one replaces, and at last what costs a page a fifth of its time: in its new
-# headless mode Chromium makes a whole window for each page, with two more pages that suggest addresses.
+# Playwright's own list, which this one replaces, and at last what costs a page a third of its time: Chromium
+# without a screen, too, makes a whole window for each page, with two more pages that suggest addresses.
 DISABLED_FEATURES = (
     "AvoidUnnecessaryBeforeUnloadCheckSync",
     "DestroyProfileOnBrowserClose",
