@@ -717,7 +717,7 @@ export const en = {
     minimal_risk_stop: "Check that the way is clear and no person is hurt, then resume it.",
     takeover: "Wait until the safety driver gives the shuttle back, then resume it.",
     vehicle_blocked:
-      "Have the way cleared. If nobody is there any more, resume it. If it takes long, let its riders go on with others.",
+      "Have the way cleared. If no person is there any more, resume it. If it takes long, let its riders go on with others.",
     vehicle_silent: "Check its radio link. If it stays silent, send a person there.",
     vehicle_fault: "Have the shuttle checked, then resume it.",
     protocol_violation: "Update the software of the shuttle, or of the server.",
