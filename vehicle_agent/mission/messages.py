@@ -186,7 +186,7 @@ def _resume(
                 f"the vehicle stands {aside_m:.1f} m beside its lane: drive it onto the lane by hand",
             )
         state = found
-    # The server resumes a vehicle whose hold is over, too: nobody has looked what else it waits for.
+    # The server resumes a vehicle whose hold is over, too: no operator has looked what else it waits for.
     waved_on_ns = state.waved_on_ns if state.held else state.stamp_ns
     return (
         state.after(

@@ -27,7 +27,7 @@ class Task(msgspec.Struct, frozen=True):
     hold_reason, hold_detail  why the mode is hold; the operator's own text, or which visit is unreachable
     resumed_ns    stamp of an operator's last resume, 0 before; it releases older latched stops
     waved_on_ns   stamp of the last resume of a vehicle that was not held, 0 before: an operator has looked,
-                  and it need not wait for whoever it does not see
+                  and it need not wait for people whom it does not see
     announcement, announcement_zh  an operator's announcement, new when announced_ns grows; without the second
                   it is in a single language
     refused_ns    when the seat button was last refused under way, 0 before
