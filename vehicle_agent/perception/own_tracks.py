@@ -62,7 +62,8 @@ class TracksWorker:
 
     def take(self, motion: EgoMotion) -> None:
         self._way = self._way.with_motion(motion)
-        if motion.waved_on_ns != self._waved_on_ns:
+        # A tick that was started again has heard no operator yet, and begins with 0.
+        if motion.waved_on_ns > self._waved_on_ns:
             self._waved_on_ns = motion.waved_on_ns
             self._state = self._perception.without_below(self._state)
 

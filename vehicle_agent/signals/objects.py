@@ -41,7 +41,7 @@ class EgoMotion(msgspec.Struct, frozen=True, tag="ego_motion"):
 
     Speed and yaw rate, not a pose: a corrected pose would move everything that stands.
 
-    waved_on_ns  the task's: an operator has looked, and nobody is where the vehicle does not see
+    waved_on_ns  the task's: an operator has looked, and no person is where the vehicle does not see
     """
 
     stamp_ns: int

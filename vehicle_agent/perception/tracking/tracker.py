@@ -230,7 +230,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     def _living(self, tracks: TrackTable) -> BoolArray:
         params = self.params
         in_view = tracks.misses - tracks.hidden
-        # Who is below the beams stays until they leave or an operator resumes: a vehicle at rest can wait.
+        # People below the beams stay until they leave or an operator resumes: a vehicle at rest can wait.
         confirmed = (in_view <= params.coast_scans) & (
             tracks.is_below | (tracks.misses <= params.hidden_scans)
         )

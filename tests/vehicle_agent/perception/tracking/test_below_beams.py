@@ -124,14 +124,14 @@ def test_whoever_stands_there_for_minutes_is_not_forgotten() -> None:
 class RoofLidarDrive:
     """Under one lidar on the roof: a child of 1.2 m comes up to it, and is below all beams from 7 m on."""
 
-    def __init__(self) -> None:
+    def __init__(self, waved_on_ns: int = 0) -> None:
         self.worker = TracksWorker(
             PointPerception(
                 PointGrid(2.4, BUMPER_M, 0.85, 0.82),
                 tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
             )
         )
-        self.number, self.waved_on_ns = 0, 0
+        self.number, self.waved_on_ns = 0, waved_on_ns
         self.shown = [len(self.scan(max(5.0, 10.0 - 0.1 * k)).ids) for k in range(1, 90)]
 
     def scan(self, x_m: float) -> TrackPercept:
@@ -154,9 +154,16 @@ def test_an_operator_who_has_looked_and_waves_it_on_ends_the_wait_for_whoever_is
     assert len(drive.scan(5.0).ids) == 0
 
 
+def test_a_tick_that_was_started_again_is_no_operator_who_has_looked() -> None:
+    drive = RoofLidarDrive(waved_on_ns=42)
+    drive.waved_on_ns = 0
+    assert len(drive.scan(5.0).ids) == 1
+
+
 def test_that_forgets_nobody_who_is_seen_and_none_who_come_after_it() -> None:
     scene = Scene()
-    scene.comes_up(1.2)
+    number = scene.comes_up(1.2).ids.tolist()
     scene.state = TRACKER.without_below(scene.state)
-    assert len(scene.comes_up(0.05).ids) == 1
-    assert len(scene.nothing(100).ids) == 1
+    for visible_m in (1.2, 0.8, 0.4, 0.05):
+        assert scene.scan((BUMPER_M + 0.5, -0.4), visible_m).ids.tolist() == number
+    assert scene.nothing(100).ids.tolist() == number

@@ -52,7 +52,7 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
     open_dialog.value = null;
   };
   const is_held = facts.held || modeOf(vehicle) !== "autonomous";
-  // Who stays before a shuttle, or beside one that wants to leave, keeps it standing until an operator has looked.
+  // People who stay before a shuttle, or beside one that wants to leave, keep it standing until an operator looks.
   const waits = ["blocked", "standing"].includes(conditionOf(vehicle));
   return (
     <div class="commands">
