@@ -56,11 +56,15 @@ def test_a_shuttle_that_stands_before_something_is_waved_on(console: Page, shutt
     expect(panel.locator(".chip").first).to_have_text("Blocked")
     shuttle.commanded.clear()
     panel.get_by_role("button", name="Resume").click()
+    question = console.get_by_role("dialog")
+    expect(question).to_contain_text("This shuttle has no cameras that it records.")
+    assert "resume" not in shuttle.commanded
+    question.get_by_role("button", name="Resume").click()
     expect(panel.get_by_text("Resume: sent to the shuttle.")).to_be_visible()
     deadline_s = time.monotonic() + 1e-3 * WITHIN_MS
     while "resume" not in shuttle.commanded and time.monotonic() < deadline_s:
         console.wait_for_timeout(100)
-    assert shuttle.commanded == ["resume"]
+    assert shuttle.commanded == ["show_camera", "resume"]
 
 
 @pytest.mark.usefixtures("shuttle")

@@ -78,3 +78,26 @@ def test_a_shuttle_without_cameras_says_so(open_page: OpenPage, shuttle: Scripte
     panel.get_by_text("Camera", exact=True).first.click()
     panel.get_by_role("button", name="Show a camera").click()
     expect(panel.get_by_text("This shuttle has no cameras that it records.")).to_be_visible()
+
+
+def test_before_a_blocked_shuttle_is_resumed_its_camera_is_shown(
+    open_page: OpenPage, shuttle: ScriptedShuttle, screenshots: Path | None
+) -> None:
+    shuttle.cameras = {"front": picture(60), "rear": picture(200)}
+    console = open_page("/console")
+    sign_in(console)
+    panel = show_vehicle(console, "Shuttle 1")
+    shuttle.speed_mps, shuttle.obstacle_m = 0.0, 1.2
+    expect(panel.locator(".chip").first).to_have_text("Blocked")
+    shuttle.commanded.clear()
+    panel.get_by_role("button", name="Resume").click()
+    question = console.get_by_role("dialog", name="Resume Shuttle 1?")
+    image = question.get_by_role("img", name="What the camera “front” sees")
+    expect(image).to_be_visible()
+    assert abs(brightness(image) - 60) < 6
+    if screenshots is not None:
+        console.screenshot(path=screenshots / "wave-on.png")
+    question.get_by_role("button", name="Back").click()
+    expect(question).to_have_count(0)
+    console.wait_for_timeout(500)
+    assert "resume" not in shuttle.commanded

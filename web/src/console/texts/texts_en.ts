@@ -448,6 +448,9 @@ export const en = {
   promise_breaks: "promise broken",
   resume: "Resume",
   stop_now: "Stop now",
+  wave_on_title: (name: string) => `Resume ${name}?`,
+  wave_on_text:
+    "A person may stand close before it, below what its lidars see. Look first: it drives on when you resume it.",
   stop_now_title: (name: string) => `Stop ${name} now?`,
   stop_now_text: "It brakes hard at once and stays held until you resume it.",
   recall: "Recall",

@@ -404,6 +404,8 @@ export const zh: ConsoleTexts = {
   promise_breaks: "无法守约",
   resume: "继续",
   stop_now: "立即停车",
+  wave_on_title: (name) => `让 ${name} 继续行驶？`,
+  wave_on_text: "车前紧靠处可能站着激光雷达看不到的人。请先查看画面：点“继续”后车辆就会起步。",
   stop_now_title: (name) => `让 ${name} 立即停车？`,
   stop_now_text: "车辆将立即制动，并保持暂停直到您放行。",
   recall: "召回",

@@ -10,13 +10,31 @@ import { RequestState } from "./request_state";
 /** What a camera of the shuttle sees now, for a minute at a time. */
 export function CameraPanel({ vehicle }: { readonly vehicle: VehicleScene }) {
   const t = texts.value;
-  const { vehicle_id } = vehicle;
-  const watch = useMemo(() => new CameraWatch(vehicle_id), [vehicle_id]);
-  useEffect(() => () => watch.close(), [watch]);
   return (
     <details class="shifts recording">
       <summary>{t.camera}</summary>
       <p class="hint">{t.show_camera_hint}</p>
+      <CameraLook vehicle={vehicle} />
+    </details>
+  );
+}
+
+interface CameraLookProps {
+  readonly vehicle: VehicleScene;
+  /** Whether it is asked for without a click. */
+  readonly at_once?: boolean;
+}
+
+export function CameraLook({ vehicle, at_once = false }: CameraLookProps) {
+  const t = texts.value;
+  const { vehicle_id } = vehicle;
+  const watch = useMemo(() => new CameraWatch(vehicle_id), [vehicle_id]);
+  useEffect(() => {
+    if (at_once) void watch.ask();
+    return () => watch.close();
+  }, [watch]);
+  return (
+    <div>
       <RoleGate roles={["dispatcher", "safety"]}>
         <div class="line">
           <CameraChoice watch={watch} />
@@ -28,7 +46,7 @@ export function CameraPanel({ vehicle }: { readonly vehicle: VehicleScene }) {
       {watch.problem.value !== null && <ProblemAlert problem={watch.problem.value} />}
       <RequestState watch={watch} connected={vehicle.facts.connected} />
       <Picture watch={watch} />
-    </details>
+    </div>
   );
 }
 

@@ -12,8 +12,11 @@ import { texts } from "../texts/texts";
 import { AnnouncementForm } from "./announcement_form";
 import { LastCommand } from "./last_command";
 import { SendToStopForm } from "./send_to_stop_form";
+import { WaveOnDialog } from "./wave_on_dialog";
 
 type Command = "resume" | "stop-now" | "release" | "evacuate";
+/** What is asked before a command is sent. */
+type Question = "stop-now" | "evacuate" | "wave-on";
 
 function send(vehicle_id: string, command: Command): Promise<Result<unknown>> {
   const path = { params: { path: { vehicle_id } } };
@@ -37,7 +40,7 @@ interface VehicleCommandsProps {
 export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
   const problem = useSignal<Problem | null>(null);
   const outcome = useSignal("");
-  const open_dialog = useSignal<"stop-now" | "evacuate" | InterventionKind | null>(null);
+  const open_dialog = useSignal<Question | InterventionKind | null>(null);
   const dialog = open_dialog.value;
   const t = texts.value;
   const { vehicle_id, facts, task } = vehicle;
@@ -62,7 +65,10 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
             type="button"
             class={`button small ${is_held ? "main" : ""}`}
             disabled={!is_held && !waits}
-            onClick={() => void run("resume", t.resume)}
+            onClick={() => {
+              if (is_held) void run("resume", t.resume);
+              else open_dialog.value = "wave-on";
+            }}
           >
             {t.resume}
           </button>
@@ -140,6 +146,16 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
       </p>
       <LastCommand command={vehicle.command} />
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
+      {dialog === "wave-on" && (
+        <WaveOnDialog
+          vehicle={vehicle}
+          onNo={closeDialog}
+          onYes={() => {
+            closeDialog();
+            void run("resume", t.resume);
+          }}
+        />
+      )}
       {dialog === "evacuate" && (
         <ConfirmDialog
           danger
@@ -168,15 +184,18 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
           }}
         />
       )}
-      {dialog !== null && dialog !== "stop-now" && dialog !== "evacuate" && (
-        <InterventionDialog
-          kind={dialog}
-          vehicle={vehicle}
-          scene={scene}
-          onDone={(result, title) => finish(result, t.commanded(title))}
-          onClose={closeDialog}
-        />
-      )}
+      {dialog !== null &&
+        dialog !== "stop-now" &&
+        dialog !== "evacuate" &&
+        dialog !== "wave-on" && (
+          <InterventionDialog
+            kind={dialog}
+            vehicle={vehicle}
+            scene={scene}
+            onDone={(result, title) => finish(result, t.commanded(title))}
+            onClose={closeDialog}
+          />
+        )}
     </div>
   );
 }
