@@ -8,8 +8,8 @@ PY := $(BIN)/python
 # Packages are installed without bytecode, so the bytecode of their first import must be kept.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup kernels demo demo-check test test-short test-real test-browser test-fast test-long test-virtual test-faults soak-maps \
-  lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators lighthouse \
+.PHONY: help setup kernels demo demo-check test test-short test-short-behind test-real test-real-time test-browser \
+  test-fast test-long test-virtual test-faults soak-maps lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators lighthouse \
   camera cluster tracing training video workshop sbom docs clean
 
 help:
@@ -93,10 +93,22 @@ demo:
 demo-check: .venv/running
 	$(BIN)/campusloop demo --headless --rides 2 --seed 1
 
+# With FAULTS=1 also rides whose processes are killed. What runs in real time mostly waits: it is beside the short
+# tests then, and comes first to a core all the same, for a vehicle that is starved of its clock stops, as it should.
 test: setup
 	@scripts/browser
-	@$(MAKE) --no-print-directory test-short test-real test-browser
+	@$(MAKE) --no-print-directory \
+	  $(if $(FAULTS),-j2 --output-sync=target test-short-behind test-real-time,test-short test-real)
+	@$(MAKE) --no-print-directory test-browser
 
+test-short-behind:
+	nice -n 19 $(MAKE) --no-print-directory test-short
+
+test-real-time:
+	@$(MAKE) --no-print-directory test-real
+	@$(MAKE) --no-print-directory test-faults
+
+DURATIONS ?= 25
 SHORT := not real and not browser and not faults and not long
 # The files that have tests with this mark. Collecting all files takes longer than some of these tests.
 marked = $(shell grep -rl --include='test_*.py' 'mark\.$(1)\b' tests)
@@ -105,7 +117,7 @@ marked = $(shell grep -rl --include='test_*.py' 'mark\.$(1)\b' tests)
 # last, and one of two processes would wait for the other.
 test-short:
 	cd web && npm test --silent
-	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder --durations 25 -m "$(SHORT)"
+	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder --durations $(DURATIONS) -m "$(SHORT)"
 
 test-real:
 	$(PY) -m pytest -m "real and not browser and not faults" $(call marked,real)
@@ -114,10 +126,8 @@ test-real:
 test-browser:
 	$(PY) -m pytest -n 2 --dist loadfile -m browser $(call marked,browser)
 
-# Whole rides among people, in virtual time, beside rides in real time whose processes are killed. Those mostly
-# wait. They come first to a core all the same: a vehicle that is starved of its clock stops, as it should.
+# Whole rides among people, in virtual time, beside rides in real time whose processes are killed.
 test-long: setup
-	@scripts/services
 	@$(MAKE) --no-print-directory -j2 --output-sync=target test-virtual test-faults
 
 test-virtual:
@@ -127,6 +137,7 @@ test-virtual:
 MAPS := tests/faults/test_map_change.py tests/faults/test_localization_map_change.py
 
 test-faults:
+	@scripts/services
 	$(PY) -m pytest -m faults $(filter-out $(MAPS),$(call marked,faults))
 
 test-fast: .venv/installed kernels
