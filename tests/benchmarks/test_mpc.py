@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.long
 def test_a_short_course_is_followed_with_every_problem_solved(tmp_path: Path) -> None:
     report = tmp_path / "mpc.json"
     subprocess.run(

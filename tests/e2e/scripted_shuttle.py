@@ -370,6 +370,7 @@ class ScriptedShuttle:
             aboard=tuple(self._aboard),
             screen=SCREEN_TO.format(name=name) if name else SCREEN_REST,
             spoken=self._spoken,
-            waiting_for=self._waiting_for,
+            # What stands before it is nearer than the road that it may not enter.
+            waiting_for=self._waiting_for if self.obstacle_m is None else "",
             obstacle_m=self.obstacle_m,
         )

@@ -95,7 +95,7 @@ def test_a_cut_run_is_replayed_up_to_the_cut_and_said_to_be_cut(segment: Path, t
     assert "the server's copy" in done.output
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(0.02, 0.95), st.integers(0, 7))
 def test_a_damaged_byte_never_passes_for_the_run(
     segment: Path, tmp_path: Path, where: float, bit: int

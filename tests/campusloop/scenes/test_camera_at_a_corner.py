@@ -66,7 +66,9 @@ def test_a_camera_that_sees_nobody_saves_time_past_hidden_corners_and_a_lost_one
     assert told < lost - 0.1
 
 
-@pytest.mark.parametrize("distance_m", [5.2, 5.5, 5.8, 6.0, 6.2])
+@pytest.mark.parametrize(
+    "distance_m", [5.8, *(pytest.param(m, marks=pytest.mark.long) for m in (5.2, 5.5, 6.0, 6.2))]
+)
 def test_a_camera_that_lies_leads_the_vehicle_into_nobody(distance_m: float) -> None:
     """Whenever they come out: how old the camera's picture is then must not matter. They may walk into a
     vehicle that stands already."""

@@ -27,7 +27,7 @@ def an_empty_street() -> CarefulDriver:
     return driver
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(k, marks=pytest.mark.long) for k in (2, 3))])
 def test_a_ride_of_500_m_meets_five_people_and_touches_nobody(seed: int) -> None:
     driver = people_on(TrafficParams(), seed)
     driver.drive(260.0)

@@ -47,7 +47,7 @@ def test_without_people_the_baseline_stops_and_the_camera_spares_the_stop() -> N
     assert slowest_before_crossing(a_loop(True)) > 1.0
 
 
-@pytest.mark.parametrize("vehicles", [10, 20])
+@pytest.mark.parametrize("vehicles", [10, pytest.param(20, marks=pytest.mark.long)])
 def test_carts_keep_their_distance(vehicles: int) -> None:
     loop = a_loop(False, vehicles)
     closest = np.inf
@@ -58,6 +58,7 @@ def test_carts_keep_their_distance(vehicles: int) -> None:
     assert closest > PROFILE.body.length_m + 1.0
 
 
+@pytest.mark.long
 def test_nobody_is_touched_and_the_camera_gains_time() -> None:
     row = run_case(PROFILE, GainCase(3, 2.0, 0.05, 4, seed=2))
     assert row.contacts == 0
@@ -68,6 +69,7 @@ def test_nobody_is_touched_and_the_camera_gains_time() -> None:
     assert row.infra_lap_s < row.base_lap_s
 
 
+@pytest.mark.long
 def test_one_seed_gives_the_same_rows_with_one_worker_or_two() -> None:
     cases = [GainCase(1, 2.0, 0.1, 1, seed=3), GainCase(2, 2.0, 0.1, 1, seed=3)]
     assert list(run_cases(PROFILE, cases, 1)) == list(run_cases(PROFILE, cases, 2))

@@ -43,7 +43,7 @@ def test_a_map_comes_back(
 
 
 @pytest.mark.parametrize("kind", [*FORMATS, "map"])
-@pytest.mark.parametrize("shipped", [CAMPUS_MAP, SNOW_LION_MAP])
+@pytest.mark.parametrize("shipped", [pytest.param(CAMPUS_MAP, marks=pytest.mark.long), SNOW_LION_MAP])
 def test_a_shipped_map_keeps_its_version(tmp_path: Path, kind: ExportFormat, shipped: Path) -> None:
     road_map = load_map(shipped)
     path = tmp_path / "map.file"
