@@ -80,7 +80,7 @@ class ClearanceLaw(NamedTuple):
     delta_m_min: float = 0.2
     delta_m_mdn: float = 0.6
     delta_m_max: float = 1.2
-    speed_mps_min: float = 0.3
+    speed_mps_min: float = 0.2
     speed_mps_mdn: float = 2.5
     speed_mps_max: float = 4.2
 
