@@ -102,7 +102,7 @@ test: setup
 	@$(MAKE) --no-print-directory test-browser
 
 test-short-behind:
-	nice -n 19 $(MAKE) --no-print-directory test-short
+	nice -n 5 $(MAKE) --no-print-directory test-short
 
 test-real-time:
 	@$(MAKE) --no-print-directory test-real

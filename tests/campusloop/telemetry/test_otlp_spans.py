@@ -83,7 +83,7 @@ def test_a_ride_of_real_processes_is_one_trace(tmp_path: Path) -> None:
         with (
             running(tmp_path, "serve", "serve", "--port", str(port), "--map", MAP, environment=environment),
             running(tmp_path, "shuttles", *shuttles, environment=environment),
-            httpx.Client(base_url=f"{origin}/api/v1", trust_env=False) as http,
+            httpx.Client(base_url=f"{origin}/api/v1", trust_env=False, timeout=WITHIN_S) as http,
         ):
             ride_id = booked(http, tmp_path)
             named: dict[str, str] = {}
@@ -117,7 +117,7 @@ def booked(http: httpx.Client, folder: Path) -> str:
 
 async def resumed(http: httpx.Client) -> None:
     origin = f"{http.base_url.scheme}://{http.base_url.host}:{http.base_url.port}"
-    async with httpx.AsyncClient(base_url=origin, trust_env=False) as client:
+    async with httpx.AsyncClient(base_url=origin, trust_env=False, timeout=WITHIN_S) as client:
         operator = OperatorClient(client)
         await operator.sign_in("operator", PASSWORD)
         await operator.command("shuttle-1", "resume")

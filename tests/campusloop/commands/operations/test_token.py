@@ -55,7 +55,7 @@ def test_a_token_opens_the_running_server_until_it_is_revoked(var_dir: Path) -> 
         assert made.exit_code == 0, made.output
         secret = made.stdout.strip()
         assert secret not in made.stderr
-        async with httpx.AsyncClient(base_url=server.http.base_url, trust_env=False) as script:
+        async with httpx.AsyncClient(base_url=server.http.base_url, trust_env=False, timeout=30.0) as script:
             assert (await script.get("/vehicles", headers=bearer(secret))).status_code == 200
             closure = {"lane_ids": ["x"], "reason": "r"}
             refused = await script.post("/closures", json=closure, headers=bearer(secret))

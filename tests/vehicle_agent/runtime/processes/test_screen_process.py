@@ -89,7 +89,7 @@ async def next_scene(socket, where: Callable[[dict], bool]) -> dict:  # type: ig
 
 def test_pages_have_headers_that_let_nothing_else_in(tmp_path: Path, unused_port: int) -> None:
     async def work(screen: Screen) -> None:
-        async with httpx.AsyncClient(base_url=screen.origin) as http:
+        async with httpx.AsyncClient(base_url=screen.origin, timeout=30.0) as http:
             page = await http.get(PAGE)
             assert page.status_code == 200
             assert "default-src 'self'" in page.headers["Content-Security-Policy"]
@@ -103,7 +103,7 @@ def test_pages_have_headers_that_let_nothing_else_in(tmp_path: Path, unused_port
 
 def test_a_name_that_points_here_and_another_sites_page_are_refused(tmp_path: Path, unused_port: int) -> None:
     async def work(screen: Screen) -> None:
-        async with httpx.AsyncClient(base_url=screen.origin) as http:
+        async with httpx.AsyncClient(base_url=screen.origin, timeout=30.0) as http:
             assert (await http.get(PAGE, headers={"Host": "evil.example"})).status_code == 421
         with pytest.raises(InvalidStatus, match="403"):
             async with screen.connect(origin="http://evil.example"):
@@ -118,7 +118,7 @@ def test_a_stranger_to_the_vehicles_network_is_refused(
     monkeypatch.setattr(ScreenSettings, "allowed", lambda _: ())
 
     async def work(screen: Screen) -> None:
-        async with httpx.AsyncClient(base_url=screen.origin) as http:
+        async with httpx.AsyncClient(base_url=screen.origin, timeout=30.0) as http:
             assert (await http.get(PAGE)).status_code == 403
 
     with_screen(tmp_path, unused_port, work)
@@ -193,7 +193,10 @@ def test_when_the_vehicle_drives_by_another_map_screens_are_sent_to_fetch_it(
     tmp_path: Path, unused_port: int
 ) -> None:
     async def work(screen: Screen) -> None:
-        async with httpx.AsyncClient(base_url=screen.origin) as http, screen.connect() as socket:
+        async with (
+            httpx.AsyncClient(base_url=screen.origin, timeout=30.0) as http,
+            screen.connect() as socket,
+        ):
             assert (await http.get(PAGE)).text.endswith("1")
             screen.post(MapAnswer("refused", "off_the_lanes"))
             screen.post(MapAnswer("another"))

@@ -58,7 +58,7 @@ class Vehicle:
     async def run(self, announced: MapPublished, until: Callable[[], bool]) -> MapChanger:
         server = await asyncio.start_server(self._answer, "127.0.0.1", 0)
         port = server.sockets[0].getsockname()[1]
-        async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
+        async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=30.0) as client:
             changer = self.changer = MapChanger(
                 "shuttle-1",
                 self.files,
