@@ -10,9 +10,9 @@ import type { InterventionKind } from "../interventions/intervention_dialog";
 import { InterventionDialog } from "../interventions/intervention_dialog";
 import { texts } from "../texts/texts";
 import { AnnouncementForm } from "./announcement_form";
+import { CameraLook } from "./camera_panel";
 import { LastCommand } from "./last_command";
 import { SendToStopForm } from "./send_to_stop_form";
-import { WaveOnDialog } from "./wave_on_dialog";
 
 type Command = "resume" | "stop-now" | "release" | "evacuate";
 /** What is asked before a command is sent. */
@@ -147,14 +147,19 @@ export function VehicleCommands({ vehicle, scene }: VehicleCommandsProps) {
       <LastCommand command={vehicle.command} />
       {problem.value !== null && <ProblemAlert problem={problem.value} />}
       {dialog === "wave-on" && (
-        <WaveOnDialog
-          vehicle={vehicle}
+        <ConfirmDialog
+          title={t.wave_on_title(name)}
+          text={t.wave_on_text}
+          yes={t.resume}
+          no={t.cancel}
           onNo={closeDialog}
           onYes={() => {
             closeDialog();
             void run("resume", t.resume);
           }}
-        />
+        >
+          <CameraLook vehicle={vehicle} at_once />
+        </ConfirmDialog>
       )}
       {dialog === "evacuate" && (
         <ConfirmDialog

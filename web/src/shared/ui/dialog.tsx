@@ -39,6 +39,8 @@ interface ConfirmDialogProps {
   readonly yes: string;
   readonly no: string;
   readonly danger?: boolean;
+  /** What one looks at before one answers. */
+  readonly children?: ComponentChildren;
   readonly onYes: () => void;
   readonly onNo: () => void;
 }
@@ -49,12 +51,14 @@ export function ConfirmDialog({
   yes,
   no,
   danger = false,
+  children,
   onYes,
   onNo,
 }: ConfirmDialogProps) {
   return (
     <Dialog title={title} onClose={onNo}>
       <p>{text}</p>
+      {children}
       <div class="dialog-buttons">
         <button type="button" class="button" onClick={onNo}>
           {no}
