@@ -9,7 +9,7 @@ PY := $(BIN)/python
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup kernels demo demo-check test test-short test-short-behind test-real test-real-time test-browser \
-  test-fast test-long test-virtual test-faults soak-maps lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock oracle generators lighthouse \
+  test-fast test-long test-virtual test-faults soak-maps lint lint-style lint-types lint-imports lint-web format web bench soak soak-kill mutants maps peers odometry-peers lock extras oracle generators lighthouse \
   camera cluster tracing training video workshop sbom docs clean
 
 help:
@@ -22,6 +22,7 @@ help:
 	@echo "make soak-maps  rides in real time while maps are published and rolled back"
 	@echo "make soak-kill  SIGKILL of server, agent, database and broker, again and again (N=500)"
 	@echo "make mutants do the short tests notice wrong changes? (ROOM=guard SAMPLE=50 SEED=1)"
+	@echo "make extras  install everything that is optional, but for PyTorch (CI does)"
 	@echo "make oracle  install what a test compares the path planner with (CI does)"
 	@echo "make lighthouse  install Lighthouse, for python -m benchmarks.web"
 	@echo "make generators  install what tests check the specifications with (CI does)"
@@ -43,7 +44,8 @@ setup:
 
 CORES := $(shell $(PYTHON) -c 'import os; print(max(2, os.cpu_count() or 2))' 2>/dev/null || echo 2)
 # Packages are compiled where they are imported, which most of their files never are.
-INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile --no-deps
+PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-compile --no-deps
+INSTALL := $(BIN)/$(PIP_INSTALL)
 
 # What a campus needs to run; `make demo` waits for nothing else.
 .venv/running: requirements/run.txt pyproject.toml sdk/python/pyproject.toml
@@ -185,7 +187,7 @@ mutants: kernels .venv/mutants-installed
 	$(PY) -m benchmarks.mutants $(MUTANTS_ARGS) $(ARGS)
 
 .venv/mutants-installed: .venv/installed requirements/mutants.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/mutants.txt
+	$(INSTALL) --require-hashes -r requirements/mutants.txt
 	@touch $@
 
 maps: .venv/installed
@@ -208,8 +210,7 @@ odometry-peers: var/odometry-peers/installed
 
 var/odometry-peers/installed: requirements/odometry-peers.txt
 	$(PYTHON) -m venv var/odometry-peers
-	var/odometry-peers/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
-	  -r requirements/odometry-peers.txt
+	var/odometry-peers/bin/$(PIP_INSTALL) --require-hashes -r requirements/odometry-peers.txt
 	@touch $@
 
 # What other people's tools say of the specifications, in tests/server/api/specifications: linters in web/tools, and
@@ -229,31 +230,36 @@ docs: var/docs/installed
 
 var/docs/installed: requirements/docs.txt
 	$(PYTHON) -m venv var/docs/environment
-	var/docs/environment/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
-	  -r requirements/docs.txt
+	var/docs/environment/bin/$(PIP_INSTALL) --require-hashes -r requirements/docs.txt
 	@touch $@
 
 var/sbom/installed: requirements/sbom.txt
 	$(PYTHON) -m venv var/sbom
-	var/sbom/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
-	  -r requirements/sbom.txt
+	var/sbom/bin/$(PIP_INSTALL) --require-hashes -r requirements/sbom.txt
 	@touch $@
+
+# All that follow at once, as CI has them.
+EXTRAS := camera cluster mutants oracle tracing video workshop
+
+extras: .venv/installed
+	$(INSTALL) --require-hashes $(EXTRAS:%=-r requirements/%.txt)
+	@touch .venv/mutants-installed
 
 # Dask, for --cluster.
 cluster: .venv/installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/cluster.txt
+	$(INSTALL) --require-hashes -r requirements/cluster.txt
 
 # OpenTelemetry, for traces of rides.
 tracing: .venv/installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/tracing.txt
+	$(INSTALL) --require-hashes -r requirements/tracing.txt
 
 # OpenCV, to find people in pictures.
 camera: .venv/installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/camera.txt
+	$(INSTALL) --require-hashes -r requirements/camera.txt
 
 # PyAV, to record and read video.
 video: .venv/installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/video.txt
+	$(INSTALL) --require-hashes -r requirements/video.txt
 
 # PyTorch, for `campusloop workshop train-detector`: the version whose Linux build for processors only is known to
 # do. A detector that is trained already needs none of it.
@@ -262,12 +268,11 @@ training: .venv/installed
 
 # rosbags, pynmeagps and pyubx2: ROS bags, and what GNSS receivers say.
 workshop: .venv/installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/workshop.txt
+	$(INSTALL) --require-hashes -r requirements/workshop.txt
 
 var/generators/installed: requirements/generators.txt
 	$(PYTHON) -m venv var/generators
-	var/generators/bin/pip install --quiet --disable-pip-version-check --no-deps --require-hashes \
-	  -r requirements/generators.txt
+	var/generators/bin/$(PIP_INSTALL) --require-hashes -r requirements/generators.txt
 	@touch $@
 
 # run.txt is what running a campus takes, lock.txt all that setting up installs; oracle.txt, mutants.txt and so on
@@ -289,7 +294,7 @@ lock: .venv/installed
 
 # gtsam (110 MB), by which a test and `benchmarks.planner --oracle` find the path's optimum a second time.
 oracle: .venv/installed
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements/oracle.txt
+	$(INSTALL) --require-hashes -r requirements/oracle.txt
 
 clean:
 	rm -rf .venv web/node_modules web/tools/node_modules web/tools/lighthouse/node_modules web/dist var .mypy_cache .ruff_cache .pytest_cache

@@ -58,6 +58,7 @@ def time_s(run: SceneRun) -> float:
     return run.time_s
 
 
+@pytest.mark.long
 def test_a_camera_that_sees_nobody_saves_time_past_hidden_corners_and_a_lost_one_saves_none() -> None:
     without = time_s(driven(CORNER))
     told = time_s(driven(CORNER + CAMERA.format(says="truth")))

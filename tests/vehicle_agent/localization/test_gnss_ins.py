@@ -141,6 +141,7 @@ def test_fixes_that_wander_far_from_each_other_are_not_followed() -> None:
     assert not ego.valid
 
 
+@pytest.mark.long
 def test_the_stated_deviation_is_honest() -> None:
     """Receivers wander as they state, gyroscopes have biases, wheels scale errors. After a while and after an
     outage, the error is as large as it is said to be (NEES of the position, 2 degrees of freedom).

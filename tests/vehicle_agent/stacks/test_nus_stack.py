@@ -176,6 +176,7 @@ def test_an_occupied_crossing_is_passed_slowly_and_a_free_one_is_not() -> None:
     assert min(free) > 1.5
 
 
+@pytest.mark.long
 def test_a_word_of_a_free_crossing_changes_nothing_for_who_never_stops() -> None:
     silent, word = a_cart(), a_cart()
     for k in range(25 * 50):
@@ -199,6 +200,7 @@ def passes(crossings: CrossingRule, count: int | None, seconds: float = 40.0) ->
     return slowest, bumper_m(shuttle)
 
 
+@pytest.mark.long
 def test_the_baseline_stops_before_every_crossing_and_goes_on_when_it_is_seen_free() -> None:
     slowest, end_m = passes(CrossingRule("always"), 0)
     assert slowest < 0.1
@@ -211,12 +213,13 @@ def test_a_fresh_word_spares_the_stop_where_the_cart_sees_it_free_too() -> None:
     assert end_m > 40.0
 
 
-@pytest.mark.parametrize("count", [None, 1])
+@pytest.mark.parametrize("count", [pytest.param(None, marks=pytest.mark.long), 1])
 def test_without_the_word_or_with_people_there_the_stop_is_made(count: int | None) -> None:
     slowest, _ = passes(CrossingRule("untold"), count)
     assert slowest < 0.1
 
 
+@pytest.mark.long
 def test_a_stop_is_not_spared_for_a_crossing_that_the_cart_cannot_see() -> None:
     slowest, _ = passes(CrossingRule("untold", known_min=1.01), 0, 30.0)
     assert slowest < 0.1

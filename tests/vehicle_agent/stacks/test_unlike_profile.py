@@ -41,6 +41,7 @@ def test_a_bent_linkage_is_named_and_stops_the_vehicle(stack: str) -> None:
     assert abs(run.trace.array()[-1, 4]) < 0.01
 
 
+@pytest.mark.long
 def test_a_road_steeper_than_any_load_explains_is_named_too() -> None:
     downhill = driven("snow_lion", slope_ratio=0.18, slope_direction_rad=math.pi)
     assert "pedals_unlike_profile" in downhill.reported
@@ -56,7 +57,7 @@ def test_after_a_resume_it_stops_again() -> None:
 
 
 @pytest.mark.parametrize("stack", ["snow_lion", "gem"])
-@pytest.mark.parametrize("bias_rad", [-0.0175, 0.0175])
+@pytest.mark.parametrize("bias_rad", [pytest.param(-0.0175, marks=pytest.mark.long), 0.0175])
 def test_a_vehicle_within_the_range_is_not_stopped(stack: str, bias_rad: float) -> None:
     run = driven(stack, steer_bias_rad=bias_rad)
     assert not [code for code in run.reported if code.endswith("unlike_profile")]

@@ -414,6 +414,7 @@ def test_every_stop_of_a_made_up_campus_can_be_reached_from_every_other(tmp_path
             assert find_route(network, one.lane_id, one.s_m, other.lane_id, other.s_m, clear) is not None
 
 
+@pytest.mark.long
 def test_the_shipped_campus_is_rebuilt_to_the_same_version() -> None:
     rows = csv.DictReader((CAMPUS / "names.csv").open(encoding="utf-8"))
     options = ImportOptions(
