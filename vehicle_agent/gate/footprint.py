@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from contract.geometry import Array
 
@@ -87,6 +88,20 @@ def is_met_on_arc(
     return False
 
 
+@njit(cache=True)
+def are_apart(points: Array, places: Array, within_m: float) -> NDArray[np.bool_]:
+    """(n,) for each point (n, 2) whether none of the places (m, 2) is that near to it."""
+    apart = np.ones(points.shape[0], dtype=np.bool_)
+    for p in range(points.shape[0]):
+        for k in range(places.shape[0]):
+            dx, dy = points[p, 0] - places[k, 0], points[p, 1] - places[k, 1]
+            if dx * dx + dy * dy <= within_m * within_m:
+                apart[p] = False
+                break
+    return apart
+
+
 def warm_footprint() -> None:
     """Loads or compiles the kernels: the driving gate has no time for that."""
+    are_apart(np.array([[5.0, 0.0]]), np.zeros((1, 2)), 0.7)
     is_met_on_arc(np.array([[5.0, 0.0]]), np.zeros((1, 2)), 0.1, 4.0, 0.3, 5.0, 0.1, 3.5, 0.8)

@@ -12,12 +12,14 @@ import numpy as np
 
 from contract.geometry import Array, IntArray
 from vehicle_agent.can.braking import CommandedActuation
-from vehicle_agent.gate.footprint import is_met_on_arc
+from vehicle_agent.gate.footprint import are_apart, is_met_on_arc
 from vehicle_agent.gate.settings import GateSettings
 from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, TrackPercept, VehicleMotion
 
 # A cell this near to a point of a track belongs to that track.
 _OWN_M = 0.7
+# Middle, corners and middles of the sides of an outline, in halves of its length and width.
+_OUTLINE = np.array([[i, j] for i in (-1.0, 0.0, 1.0) for j in (-1.0, 0.0, 1.0)])
 
 
 class SteeringMonitor:
@@ -192,26 +194,25 @@ def _apart_from(cells: _Observation, tracks: _Observation) -> _Observation:
     """The cells farther than _OWN_M from every point of a track, at the cells' stamp."""
     late_s = (cells.stamp_ns - tracks.stamp_ns) * 1e-9
     places = tracks.points + late_s * tracks.velocities
-    apart2 = ((cells.points[:, None, :] - places[None, :, :]) ** 2).sum(axis=2)
-    kept = apart2.min(axis=1) > _OWN_M**2
+    kept = are_apart(cells.points, places, _OWN_M)
     return _Observation(cells.stamp_ns, cells.points[kept], cells.velocities[kept], False)
 
 
 def _points(percept: TrackPercept) -> tuple[Array, IntArray]:
     """((n, 2) corners and middles of the tracks' outlines, base frame; (n,) row of the track of each)."""
-    places, rows = [np.empty((0, 2))], [np.empty(0, np.int64)]
     table = np.column_stack((percept.poses_base, percept.velocities_base_mps, percept.sizes_m))
-    for number in np.flatnonzero(np.isfinite(table).all(axis=1)):
-        kind, (x, y, yaw), size = percept.kinds[number], table[number, :3], table[number, 5:]
-        half = 0.5 * size if kind != PEDESTRIAN else np.full(2, 0.5 * size[0])
-        corners = np.array([[i, j] for i in (-1.0, 0.0, 1.0) for j in (-1.0, 0.0, 1.0)]) * half
-        if kind == PEDESTRIAN:
-            # A disc has no corners.
-            corners = corners[np.abs(corners).sum(axis=1) <= half[0] + 1e-9]
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        places.append(corners @ np.array([[cos, sin], [-sin, cos]]) + np.array([x, y]))
-        rows.append(np.full(len(corners), number, np.int64))
-    return np.vstack(places), np.concatenate(rows)
+    rows = np.flatnonzero(np.isfinite(table).all(axis=1))
+    poses, half_m = table[rows, :3], 0.5 * table[rows, 5:7]
+    is_person = percept.kinds[rows] == PEDESTRIAN
+    half_m[is_person, 1] = half_m[is_person, 0]
+    along, aside = (half_m[:, None, k] * _OUTLINE[None, :, k] for k in (0, 1))
+    cos, sin = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    places = np.stack(
+        (poses[:, 0, None] + cos * along - sin * aside, poses[:, 1, None] + sin * along + cos * aside), axis=2
+    )
+    # A disc has no corners.
+    kept = ~is_person[:, None] | (np.abs(_OUTLINE).sum(axis=1) < 1.5)[None, :]
+    return places[kept], np.repeat(rows, len(_OUTLINE))[kept.ravel()]
 
 
 def _after(points: Array, way_m: float, curvature_1pm: float) -> Array:

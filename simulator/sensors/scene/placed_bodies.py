@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from contract.geometry import Array
 from simulator.sensors.scene.mesh import PackedMesh
+from simulator.sensors.scene.ray_bundles import passing
 from simulator.sensors.scene.static_scene import Array32, CastScene, Surfaces
 
 Ints = NDArray[np.int64]
-# Rays that fire one after the other are asked together whether they pass a body at all.
-_CHUNK = 64
 
 
 class Template:
@@ -79,7 +78,7 @@ class PlacedBodies:
     ) -> tuple[Array32, NDArray[np.int32]]:
         """(ranges, triangles) of the nearest hits, as `CastScene.cast` gives them."""
         near_m, triangles = reach_m.copy(), np.full(len(origins), -1, dtype=np.int32)
-        rays, bodies = _passing(origins, directions, reach_m, self._spheres)
+        rays, bodies = passing(origins, directions, reach_m, self._spheres)
         if not len(rays):
             return near_m, triangles
         starts, ways = _taken_to_bodies(origins, directions, rays, bodies, self._poses, self._scales)
@@ -108,62 +107,6 @@ def _spheres(templates: Sequence[Template], chosen: Ints, poses: Array, scales: 
         # Ranges are float32: a little more than the corners reach.
         spheres[:, 3] = radii * scales.max(axis=1) + 0.01
     return spheres
-
-
-@njit(cache=True)
-def _passing(origins: Array32, directions: Array32, reach_m: Array32, spheres: Array) -> tuple[Ints, Ints]:
-    """(rays, bodies): every pair of a ray and a sphere that it meets within its reach, body after body."""
-    count = origins.shape[0]
-    chunks = (count + _CHUNK - 1) // _CHUNK
-    # Middle of the origins, axis of the directions, greatest angle to it, greatest distance to the middle.
-    cones = np.zeros((chunks, 8))
-    for c in range(chunks):
-        begin, end = c * _CHUNK, min(count, (c + 1) * _CHUNK)
-        for k in range(begin, end):
-            for r in range(3):
-                cones[c, r] += origins[k, r] / (end - begin)
-                cones[c, 3 + r] += directions[k, r]
-        length = math.sqrt(cones[c, 3] ** 2 + cones[c, 4] ** 2 + cones[c, 5] ** 2)
-        if length < 1e-6:
-            cones[c, 6] = math.pi
-            continue
-        least = 1.0
-        for r in range(3):
-            cones[c, 3 + r] /= length
-        for k in range(begin, end):
-            along, apart = 0.0, 0.0
-            for r in range(3):
-                along += directions[k, r] * cones[c, 3 + r]
-                apart += (origins[k, r] - cones[c, r]) ** 2
-            least = min(least, along)
-            cones[c, 7] = max(cones[c, 7], apart)
-        cones[c, 6] = math.acos(max(-1.0, least)) + 1e-3
-        cones[c, 7] = math.sqrt(cones[c, 7])
-    rays, bodies = np.empty(256, dtype=np.int64), np.empty(256, dtype=np.int64)
-    found = 0
-    for b in range(spheres.shape[0]):
-        sx, sy, sz, radius = spheres[b, 0], spheres[b, 1], spheres[b, 2], spheres[b, 3]
-        for c in range(chunks):
-            dx, dy, dz = sx - cones[c, 0], sy - cones[c, 1], sz - cones[c, 2]
-            away = math.sqrt(dx * dx + dy * dy + dz * dz)
-            wide = radius + cones[c, 7]
-            if away > wide and cones[c, 6] < math.pi:
-                along = (dx * cones[c, 3] + dy * cones[c, 4] + dz * cones[c, 5]) / away
-                if math.acos(min(1.0, max(-1.0, along))) > cones[c, 6] + math.asin(wide / away):
-                    continue
-            for k in range(c * _CHUNK, min(count, (c + 1) * _CHUNK)):
-                dx, dy, dz = sx - origins[k, 0], sy - origins[k, 1], sz - origins[k, 2]
-                along = dx * directions[k, 0] + dy * directions[k, 1] + dz * directions[k, 2]
-                if along < -radius or along - radius > reach_m[k]:
-                    continue
-                if dx * dx + dy * dy + dz * dz - along * along > radius * radius:
-                    continue
-                if found == rays.shape[0]:
-                    rays = np.concatenate((rays, np.empty_like(rays)))
-                    bodies = np.concatenate((bodies, np.empty_like(bodies)))
-                rays[found], bodies[found] = k, b
-                found += 1
-    return rays[:found], bodies[:found]
 
 
 @njit(cache=True)
