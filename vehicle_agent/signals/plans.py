@@ -182,7 +182,8 @@ class PlanAnswer(msgspec.Struct, frozen=True, tag="plan_answer"):
     stamp_ns     of the job: the vehicle clock at row 0 of the trajectory
     trajectory   (k, 8) see `Trajectory`; no rows when no motion at all could be planned
     limited_by   what keeps the vehicle from going faster; also for people to read
-    cut_s_m      a stationary obstacle blocks the line from here on (the paper's pi_s); inf without one
+    cut_s_m      a stationary obstacle blocks the line for the rear axle from here on (the paper's pi_s); inf
+                 without one
     yields_to    ids of the tracks that it slows or stops for
     violations   what the independent check found wrong, empty for a feasible trajectory
     memory       handed back with the next job

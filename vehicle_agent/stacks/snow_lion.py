@@ -47,7 +47,6 @@ def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) ->
         planning=MotionPlanning(
             network,
             profile.limits.speed_mps_max,
-            body.front_overhang_m,
             body.wheelbase_m,
             kerb_keep_m=half_m + _KERB_KEEP_M,
         ),

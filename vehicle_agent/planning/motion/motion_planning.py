@@ -74,7 +74,6 @@ class MotionPlanning:
         self,
         network: RoadNetwork,
         speed_mps_max: float,
-        front_m: float,
         wheelbase_m: float,
         cadence: Cadence | None = None,
         stop_mps2: float = 1.2,
@@ -86,7 +85,6 @@ class MotionPlanning:
     ) -> None:
         self._network = network
         self._speed_mps_max = speed_mps_max
-        self._front_m = front_m
         self._wheelbase_m = wheelbase_m
         self._cadence = cadence or Cadence()
         self._stop_mps2 = stop_mps2
@@ -298,10 +296,13 @@ class MotionPlanning:
         return path, state
 
     def _obstacle_m(self, state: MotionPlanningState, task: Task) -> float | None:
-        """Free way of the bumper to the obstacle that blocks the line; None without one."""
+        """Free way to the obstacle that blocks the line; None without one.
+
+        The cut is where the rear axle is when the bumper meets it.
+        """
         if state.answer is None or math.isinf(state.answer.cut_s_m):
             return None
-        return max(0.0, state.answer.cut_s_m - task.s_m - self._front_m)
+        return max(0.0, state.answer.cut_s_m - task.s_m)
 
 
 def _start_on(driven: Trajectory, begin_ns: int) -> StartState:

@@ -72,6 +72,17 @@ def test_something_that_stands_on_one_side_is_passed_on_the_other() -> None:
     assert ratings[3, FREE_M] == pytest.approx(25.0 - 5.0 - 3.5 - 0.4, abs=1.1)
 
 
+def test_a_way_that_soon_ends_is_no_better_for_whom_it_never_meets() -> None:
+    """People everywhere, and something that stands on the left: a vehicle that chose the left would meet none
+    of them, and stand."""
+    ways = [np.tile((x, y), (10, 1)) for x in (13.0, 16.0, 19.0) for y in (-1.2, -0.4, 0.4, 1.2)]
+    ratings = rated(np.array([[11.0, 1.1, 0.3]]), walkers(*ways), speed_mps=1.5)
+    best = int(np.argmin(ratings[:, COST]))
+    assert ratings[-1, FREE_M] <= 3.0
+    assert CANDIDATES[best] < 0.0
+    assert np.isinf(ratings[best, FREE_M])
+
+
 def test_a_lane_without_room_is_no_choice() -> None:
     ratings = rated(room_m=0.5)
     assert np.isinf(ratings[np.abs(CANDIDATES) > 0.5, COST]).all()

@@ -30,7 +30,7 @@ MAP = path_map(
     "line", np.column_stack((np.arange(0.0, 201.0), np.zeros(201))), width_m=4.0, speed_limit_mps=4.0
 )
 NETWORK = RoadNetwork(MAP)
-ROOM = MotionPlanning(NETWORK, 4.0, 3.5, 2.6)
+ROOM = MotionPlanning(NETWORK, 4.0, 2.6)
 
 
 def the_line() -> ReferenceLine:
@@ -214,3 +214,14 @@ def test_a_plan_does_not_begin_with_braking_harder_than_plans_brake(
     _, state = ROOM.step(state, ego, a_world(ego.stamp_ns), a_task(20.0), ())
     assert state.job is not None
     assert state.job.accel_mps2 == begins_mps2
+
+
+def test_the_way_to_an_obstacle_is_told_from_the_bumper() -> None:
+    """What cuts the way 20 m ahead of the rear axle's place, with the bumper at it then, is 20 m away."""
+    driver = Driver()
+    driver.run(0.5)
+    cut = msgspec.structs.replace(an_answer(driver.jobs[-1]), number=99, cut_s_m=driver.x_m + 20.0)
+    path, _ = ROOM.step(
+        driver.state, an_ego(driver.now_ns, driver.x_m), a_world(driver.now_ns), a_task(driver.x_m), (cut,)
+    )
+    assert path.obstacle_m == pytest.approx(20.0)
