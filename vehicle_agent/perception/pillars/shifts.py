@@ -32,7 +32,8 @@ _REACH_MAX_M = 8.0
 def shifts_of(kinds: NDArray[np.int64], boxes: Array, points: Array32, is_older: NDArray[np.bool_]) -> Array:
     """(n, 2) shift of each object since the older turn, m; NaN where fewer than 3 returns of either show it.
 
-    boxes (n, 5+) x, y, yaw, length, width at the newer turn; points (m, 2+) of both turns
+    boxes (n, 5+) x, y, yaw, length, width at the newer turn; points (m, 2+) of both turns, finite, as
+    `standing_points` leaves them
     Shifts are tried on a grid of 0.1 m, then the best one is refined by nearest returns.
     """
     shifts = np.full((boxes.shape[0], 2), np.nan)
