@@ -34,6 +34,7 @@ def test_a_link_that_is_cut_while_riding_changes_nothing_for_the_passenger(day: 
     assert [state for number, state in day.states].count("aboard") == 1
 
 
+@pytest.mark.long
 def test_a_server_that_restarts_while_riding_loses_no_ride(day: CampusDay) -> None:
     journey = day.request_ride()
     day.until_state(journey, "aboard")

@@ -61,7 +61,7 @@ def run_for(drive: SoloDrive, seconds: float) -> list[float]:
     return errors_m
 
 
-@pytest.mark.parametrize("stack", ["snow_lion", "gem"])
+@pytest.mark.parametrize("stack", [pytest.param("snow_lion", marks=pytest.mark.long), "gem"])
 def test_it_drives_on_by_its_scans_when_gnss_falls_silent_and_replays_exactly(
     road_map: RoadMap, tmp_path: Path, stack: Stack
 ) -> None:

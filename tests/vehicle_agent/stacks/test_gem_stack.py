@@ -50,6 +50,7 @@ def finished(shuttle: DrivenShuttle) -> bool:
     return not shuttle.state.mission.memory.open_visits()
 
 
+@pytest.mark.long
 def test_a_ride_is_driven_from_stop_to_stop_within_twenty_centimetres() -> None:
     shuttle = a_shuttle()
     stops = [Pose2(*shuttle.network.pose(*place)) for place in (ON, OFF)]

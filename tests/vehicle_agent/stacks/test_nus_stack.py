@@ -96,6 +96,7 @@ def specialisations() -> dict[str, int]:
     return found
 
 
+@pytest.mark.long
 def test_a_ride_is_driven_from_stop_to_stop_within_twenty_centimetres() -> None:
     shuttle = a_cart()
     stops = [Pose2(*shuttle.network.pose(*place)) for place in (ON, OFF)]
@@ -167,6 +168,7 @@ def told(shuttle: DrivenShuttle, seconds: float, count: int) -> list[float]:
     return speeds
 
 
+@pytest.mark.long
 def test_an_occupied_crossing_is_passed_slowly_and_a_free_one_is_not() -> None:
     occupied = told(a_cart(), 35.0, 2)
     free = told(a_cart(), 35.0, 0)
