@@ -24,8 +24,8 @@ settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else
 LONG_LIMIT_S = 1200.0
 WITH_LONG_LIMIT = ("long", "faults", "real", "browser")
 
-# Whole vehicles and campuses, and pages that wait for whole rides: begun first, so that no process is left with
-# one of them when the rest is done.
+# Whole vehicles and campuses, and pages that wait for whole rides: begun first, so that no process is left
+# with one of them when the rest is done.
 LONGEST = (
     "tests/scenarios/test_rides",
     "tests/scenarios",
