@@ -270,8 +270,8 @@ def _risk(
     """The risk from road users who move; meeting them nearer and sooner costs more. The vehicle drives at a
     constant speed, also past what stands in its way, and road users are where they are predicted.
 
-    A way that ends early meets nobody. If that counted in its favour, the vehicle would choose it in a crowd, and
-    stand."""
+    A way that ends early meets nobody. If that counted in its favour, the vehicle would choose it in a crowd,
+    and stand."""
     poses, sizes, wider = moving.poses, moving.sizes_m, moving.wider_m
     points, yaws, curvatures = stations.points, stations.yaws, stations.curvatures
     risk = 0.0
