@@ -126,7 +126,7 @@ test-real:
 
 # Each file has a server and a browser of its own.
 test-browser:
-	$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder -m browser $(call marked,browser)
+	$(PY) -m pytest -n 2 --dist loadfile -m browser $(call marked,browser)
 
 # Whole rides among people, in virtual time, beside rides in real time whose processes are killed.
 test-long: setup

@@ -24,23 +24,13 @@ settings.load_profile("campaign" if "CAMPUSLOOP_NEW_EXAMPLES" in os.environ else
 LONG_LIMIT_S = 1200.0
 WITH_LONG_LIMIT = ("long", "faults", "real", "browser")
 
-# Whole vehicles and campuses, and pages that wait for whole rides: begun first, so that no process is left
-# with one of them when the rest is done.
+# Whole vehicles and campuses: begun first, so that no process is left with one of them when the rest is done.
 LONGEST = (
     "tests/scenarios/test_rides",
     "tests/scenarios",
     "tests/campusloop/studies/endurance/test_endurance_run",
     "tests/benchmarks",
     "tests/vehicle_agent/stacks",
-    "tests/e2e/test_map_editor",
-    "tests/e2e/test_ride_state",
-    "tests/e2e/test_passenger_",
-    "tests/e2e/test_console.py",
-    "tests/e2e/test_onboard_screen",
-    "tests/e2e/test_sizes",
-    "tests/e2e/test_announcements",
-    "tests/e2e/test_accessibility",
-    "tests/e2e/test_console_scans",
 )
 
 
