@@ -18,6 +18,10 @@ STEP_S = 0.05
 FRONT_ZONE_M = 1.5
 # Road users who may leave their way by this much or more are people on foot or on cycles.
 PERSON_SWERVE_MPS2 = 0.4
+# A person who nears the vehicle's path faster than this, and mostly across it, has set off: their velocity
+# goes over into WALK_MPS with the time constant RISE_S, as it does in the planner's room to stop.
+SETS_OFF_MPS, ACROSS_SHARE = 0.3, 0.5
+WALK_MPS, RISE_S = 1.4, 0.5
 _STRAIGHT_1PM = 1e-5
 
 
@@ -64,6 +68,7 @@ def will_touch(
     who is already within the margin may come half as near, and no nearer: walking alongside is no danger. For
     one before the bumper, within the extra room, this holds for the distance from the body itself; one who
     touches the bumper is touched.
+    A person who has just set off across walks faster soon: keeping their velocity is no worst case.
     Alongside the body, behind its first 1.5 m, a person counts only where the vehicle turns towards them: as
     in RSS, the response to a lateral approach is not to move to that side.
     """
@@ -76,8 +81,9 @@ def will_touch(
         v = math.hypot(vx, vy)
         now_m = clearance_m(x, y, back, front, half) - radius
         bare_m = clearance_m(x, y, back, body[1], half) - radius
+        gain = _gain(y, vx, vy, half) if radius > 0.0 else 0.0
         deviation_m_max = 0.5 * swerve * end_s * end_s
-        if now_m > reach + v * end_s + margin_m + deviation_m_max:
+        if now_m > reach + (1.0 + gain) * v * end_s + margin_m + deviation_m_max:
             continue
         if bare_m <= 0.0 and x >= body[1]:
             return True
@@ -104,7 +110,8 @@ def will_touch(
                 return True
             if at_corner and _is_nearer_to_body(ahead, aside, body, radius, corner_m):
                 return True
-            ahead, aside = _in_moved_frame(x + vx * t, y + vy * t, s, curvature_1pm)
+            walks_s = t + gain * (t - RISE_S * (1.0 - math.exp(-t / RISE_S)))
+            ahead, aside = _in_moved_frame(x + vx * walks_s, y + vy * walks_s, s, curvature_1pm)
             if ahead < front - FRONT_ZONE_M:
                 continue
             if clearance_m(ahead, aside, back, front, half) - radius < ahead_m:
@@ -112,6 +119,16 @@ def will_touch(
             if at_corner and _is_nearer_to_body(ahead, aside, body, radius, corner_m):
                 return True
     return False
+
+
+@njit(cache=True)
+def _gain(y: float, vx: float, vy: float, half: float) -> float:
+    """By which share of their velocity a person beside the path still gains speed."""
+    v = math.hypot(vx, vy)
+    nears_mps = -vy if y > 0.0 else vy
+    if abs(y) <= half or v >= WALK_MPS or nears_mps <= max(SETS_OFF_MPS, ACROSS_SHARE * v):
+        return 0.0
+    return WALK_MPS / v - 1.0
 
 
 @njit(cache=True)

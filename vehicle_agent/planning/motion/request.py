@@ -99,9 +99,10 @@ class SuddenStep(NamedTuple):
 class StoppingRoom(NamedTuple):
     """The room that the guard requires before a person whom the body passes nearer than aside_m.
 
-    The vehicle must be able to drive on for response_s, brake with decel_mps2 and stop ahead_m before the
-    person; the guard brakes for a plan that keeps less. Or it must creep by the time the person could be at
-    the body's side, so that it can pass people who stand beside the way.
+    The vehicle must be able to drive on for response_s, or for late_s while the person is still beside the
+    way, brake with decel_mps2 and stop ahead_m before them; the guard brakes for a plan that keeps less. Or
+    it must creep by the time the person could be at the body's side, so that it can pass people who stand
+    beside the way.
     speed_mps_min  of the creep
     step           how a person may turn into the way
     rider_mps2     how hard a rider ahead of the vehicle may brake
@@ -115,7 +116,7 @@ class StoppingRoom(NamedTuple):
     response_s: float = 0.35
     decel_mps2: float = 4.5
     ahead_m: float = 0.35
-    aside_m: float = 1.0
+    aside_m: float = 1.3
     speed_mps_min: float = 0.25
     step: SuddenStep = SuddenStep(1.4, 0.5)
     rider_mps2: float = 4.0

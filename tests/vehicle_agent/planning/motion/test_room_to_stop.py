@@ -156,6 +156,31 @@ def test_who_walks_away_from_the_way_is_passed_sooner_than_who_stands_or_comes()
     assert limits[0] > 1.9 * limits[1] > 1.9 * limits[2]
 
 
+def test_who_still_stands_beside_the_way_needs_more_room_to_stop_than_who_is_in_it() -> None:
+    """Their step has to be seen first."""
+    room = PARAMS.room
+    x, at = FRONT + 0.25 + 10.0, 32  # the bumper is 2 m before them
+    inside, beside = (
+        float(occupied(people((x, HALF + 0.25 + aside_m, 0.0, 0.0)))[0].limit_mps[0, at])
+        for aside_m in (-0.05, 0.3)
+    )
+    for limit_mps, late_s in ((inside, room.response_s), (beside, room.late_s)):
+        stops_m = limit_mps * late_s + limit_mps**2 / (2.0 * room.decel_mps2)
+        assert stops_m == pytest.approx(2.0 - room.ahead_m, abs=0.01)
+
+
+def test_who_stands_but_seems_to_walk_away_is_passed_as_slowly_as_who_stands() -> None:
+    """The tracker's error of a velocity may be 0.4 m/s; who walks away at a pace is believed."""
+    at, slot = 46, 30  # 3 s from now, the bumper is 1 m past them
+    stands, seems, walks = (
+        float(occupied(people((FRONT + 0.25 + 10.0, HALF + 0.25 + 0.3, 0.0, vy)))[0].limit_mps[slot, at])
+        for vy in (0.0, 0.35, 1.2)
+    )
+    assert stands < 1.0
+    assert seems == pytest.approx(stands)
+    assert walks > 4.0
+
+
 def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_stands() -> None:
     x = FRONT + 0.25 + 10.0
     stands, comes = (

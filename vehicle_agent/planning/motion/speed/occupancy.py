@@ -17,6 +17,9 @@ from vehicle_agent.planning.motion.speed.speed_limits import law_speed
 
 # The stopping room of a person farther away than this is not checked.
 _ROOM_M, _RIDER_ROOM_M = 2.5, 5.0
+# The velocity of a person slower than _SLOW_MPS is in good part the tracker's error, seldom more than
+# _ERROR_MPS: who stands seems to walk away.
+_SLOW_MPS, _ERROR_MPS = 0.8, 0.4
 # A rider who goes the vehicle's way at this speed or more may turn in.
 _RIDES_MPS = 1.0
 
@@ -165,6 +168,7 @@ def _occupy(
     poses, ways, cos, sin = sweep.poses, sweep.u, sweep.cos, sweep.sin
     low, high, soft_low, soft_high = stretches
     last = discs.shape[0] - 1
+    believed = _believed_share(moving, m) if is_person else 1.0
     for t in range(discs.shape[0]):
         px, py, radius = discs[t, m, 0], discs[t, m, 1], discs[t, m, 2]
         i = min(t, last - 1)
@@ -185,18 +189,36 @@ def _occupy(
                 low[t, a], high[t, a] = min(low[t, a], u), max(high[t, a], u)
             if gap < soft:
                 soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u), max(soft_high[t, a], u)
-            if gap >= matters:
-                j += max(1, int((gap - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
+            beside = gap
+            if believed < 1.0:
+                sx = discs[0, m, 0] + believed * (px - discs[0, m, 0])
+                sy = discs[0, m, 1] + believed * (py - discs[0, m, 1])
+                beside = min(gap, box_distance(at, body, sx, sy) - radius)
+            if beside >= matters:
+                j += max(1, int((beside - matters) / (sweep.stretch * 1.05 * sweep.spacing)))
                 continue
             if is_person:
-                if gap < params.law.delta_m_max:
-                    limit[t, j] = min(limit[t, j], law_speed(gap, params.law))
+                if beside < params.law.delta_m_max:
+                    limit[t, j] = min(limit[t, j], law_speed(beside, params.law))
                 limit[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.room, limit[t, j])
             elif is_rider and vx * at.cos + vy * at.sin > max(abs(vy * at.cos - vx * at.sin), _RIDES_MPS):
                 limit[t, j] = speed_with_room(
                     at, box, (px, py, vx, vy), radius, params.rider_room, limit[t, j]
                 )
             j += 1
+
+
+@njit(cache=True)
+def _believed_share(moving: MovingDiscs, m: int) -> float:
+    """How much of the way that a slow person is predicted to walk counts as room that they make."""
+    first, last = moving.discs[0, m], moving.discs[-1, m]
+    speed_mps = math.hypot(last[0] - first[0], last[1] - first[1]) / max(
+        moving.times_s[-1] - moving.times_s[0], 1e-6
+    )
+    if speed_mps <= 0.0 or speed_mps >= _SLOW_MPS:
+        return 1.0
+    share: float = max(1.0 - (_ERROR_MPS / speed_mps) ** 2, 0.0)
+    return share
 
 
 @njit(cache=True)

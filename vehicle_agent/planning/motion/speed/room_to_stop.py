@@ -57,7 +57,9 @@ def _room_speed(
         # Who brakes goes on so far; who turns across keeps their speed along the path for about rise_s.
         goes_m = max(along_mps, 0.0) * min(0.5 * max(along_mps, 0.0) / room.rider_mps2, room.step.rise_s)
         left_m = ahead_m + goes_m - comes_mps * room.response_s - room.ahead_m
-        stops_mps = _stoppable(left_m, room.response_s + comes_mps / room.decel_mps2, room.decel_mps2)
+        # A person still beside the way has to be seen stepping into it first; a rider's response includes it.
+        late_s = room.late_s if aside_m > 0.0 and room.turn_s > 0.0 else room.response_s
+        stops_mps = _stoppable(left_m, late_s + comes_mps / room.decel_mps2, room.decel_mps2)
     comes_s = turn_time_s(max(aside_m, 0.0), away_mps, room.step)
     # What is left by then of the way along the path that the person walks now.
     along_mps = max(along_mps, 0.0) * math.exp(-comes_s / room.step.rise_s)
