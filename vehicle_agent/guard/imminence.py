@@ -20,7 +20,7 @@ FRONT_ZONE_M = 1.5
 PERSON_SWERVE_MPS2 = 0.4
 # A person who nears the vehicle's path faster than this, and mostly across it, has set off: their velocity
 # goes over into WALK_MPS with the time constant RISE_S, as it does in the planner's room to stop.
-SETS_OFF_MPS, ACROSS_SHARE = 0.3, 0.5
+SETS_OFF_MPS, ACROSS_SHARE = 0.5, 0.5
 WALK_MPS, RISE_S = 1.4, 0.5
 _STRAIGHT_1PM = 1e-5
 

@@ -110,12 +110,12 @@ def test_walking_away_is_no_danger_and_walking_into_the_way_is_one() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_who_has_just_set_off_into_the_way_is_braked_for_before_they_have_their_pace(side: float) -> None:
-    """At 0.5 m/s they would let the vehicle pass; at the pace that they will have they meet its nose."""
-    x, y, speed = FRONT + 1.3, side * (HALF + 0.25 + 0.7), 2.0
-    assert brake(a_track(x, y, 0.0, -side * 0.5), speed) > 0.0
-    assert brake(a_track(x, y, 0.0, -side * 0.2), speed) == 0.0, "so slow is also who stands, by the tracker"
-    assert brake(a_track(x, y, 0.8, -side * 0.35), speed) == 0.0, "they walk along"
-    assert brake(a_track(x, y, 0.0, side * 0.5), speed) == 0.0, "they walk away"
+    """At 0.6 m/s they would let the vehicle pass; at the pace that they will have they meet its nose."""
+    x, y, speed = FRONT + 1.3, side * (HALF + 0.25 + 0.8), 2.0
+    assert brake(a_track(x, y, 0.0, -side * 0.6), speed) > 0.0
+    assert brake(a_track(x, y, 0.0, -side * 0.4), speed) == 0.0, "so slow is also who stands, by the tracker"
+    assert brake(a_track(x, y, 1.1, -side * 0.55), speed) == 0.0, "they walk along"
+    assert brake(a_track(x, y, 0.0, side * 0.6), speed) == 0.0, "they walk away"
 
 
 @pytest.mark.parametrize("gap", [-0.1, 0.05, 0.15, 0.3, 0.55])
