@@ -47,7 +47,7 @@ def drive(job: SteppingInDrive) -> Row:
         "impact_mps_max": max(
             (step.impact_mps for step in hits if step.impact_mps is not None), default=None
         ),
-        "speed_at_steps_mps": float(sum(step.speed_mps for step in met)),
+        "speed_at_step_mps_sum": float(sum(step.speed_mps for step in met)),
         "reached": run.time_s is not None,
         "driven_m": run.driven_m,
         "time_s": float(run.trace.array()[-1, 0]),
@@ -63,13 +63,13 @@ def summary(rows: list[Row]) -> Row:
         def total(key: str, of: list[Row] = mine) -> float:
             return float(np.sum([row[key] for row in of]))
 
-        impacts = [row["impact_mps_max"] for row in mine if row["impact_mps_max"] is not None]
+        impacts = [value for row in mine if isinstance(value := row["impact_mps_max"], float)]
         steps = int(total("steps"))
         out[f"{stack}.steps"] = steps
         out[f"{stack}.contacts"] = int(total("contacts"))
         out[f"{stack}.avoidable_contacts"] = int(total("avoidable_contacts"))
-        out[f"{stack}.impact_mps_max"] = max(float(str(impact)) for impact in impacts) if impacts else None
-        out[f"{stack}.speed_at_step_mps"] = total("speed_at_steps_mps") / steps if steps else None
+        out[f"{stack}.impact_mps_max"] = max(impacts, default=None)
+        out[f"{stack}.speed_at_step_mps"] = total("speed_at_step_mps_sum") / steps if steps else None
         out[f"{stack}.mean_mps"] = total("driven_m") / max(total("time_s"), 1e-9)
         out[f"{stack}.reached"] = int(total("reached"))
     return out

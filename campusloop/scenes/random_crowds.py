@@ -106,12 +106,7 @@ def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
     if _bend_1pm(points, start_s_m) > _START_BEND_1PM:
         # A vehicle that drives in a bend has its wheels turned, and a scene begins with straight ones.
         start_mps = 0.0
-    noise = TrackerNoise(
-        position_std_m=float(rng.uniform(0.03, 0.12)),
-        velocity_std_mps=float(rng.uniform(0.05, 0.2)),
-        dropout_ratio=float(rng.uniform(0.0, 0.1)),
-        latency_ns=round(float(rng.uniform(0.06, 0.14)) * 1e9),
-    )
+    noise = random_tracker_noise(rng)
     crowd_name, density, removed, actors = _crowd(found, points, seed, rng)
     name = f"run-{seed:06d}"
     scene = Scene(
@@ -127,6 +122,16 @@ def draw_scene(found: SceneSources, profile: Profile, seed: int) -> RandomScene:
         options=WorldOptions(traffic=None, tracker=noise),
     )
     return RandomScene(scene, path_name, crowd_name, density, removed)
+
+
+def random_tracker_noise(rng: np.random.Generator) -> TrackerNoise:
+    """Of a better or worse tracker than the usual one."""
+    return TrackerNoise(
+        position_std_m=float(rng.uniform(0.03, 0.12)),
+        velocity_std_mps=float(rng.uniform(0.05, 0.2)),
+        dropout_ratio=float(rng.uniform(0.0, 0.1)),
+        latency_ns=round(float(rng.uniform(0.06, 0.14)) * 1e9),
+    )
 
 
 def _bend_1pm(points: Array, s_m: float) -> float:

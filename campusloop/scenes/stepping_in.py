@@ -9,9 +9,8 @@ from campusloop.scenes.contact_metrics import FRONT_DEPTH_M, MOVING_MPS, clearan
 from campusloop.scenes.drive import Scene, SceneRun
 from campusloop.scenes.path_map import path_map
 from campusloop.scenes.protection.braking_oracle import DEAD_S, DECEL_MPS2
-from campusloop.scenes.random_crowds import random_curve
+from campusloop.scenes.random_crowds import random_curve, random_tracker_noise
 from contract.geometry import Array, arc_lengths, pose_at
-from simulator.sensors.tracker import TrackerNoise
 from simulator.traffic.scripted import ScriptedRole, ScriptedTraffic
 from simulator.world import WorldOptions
 from vehicle_agent.config import Body, Profile
@@ -51,15 +50,10 @@ class StepIn:
 
 
 def stepping_in_scene(profile: Profile, seed: int) -> Scene:
-    """A winding way with four people beside it, drawn from the seed; they heed nobody."""
+    """A winding way with four people beside it who react to nobody; all of it is drawn from the seed."""
     rng = np.random.default_rng([seed, *b"stepping in"])
     points = random_curve(_LENGTH_M, rng, _RADIUS_M)
-    noise = TrackerNoise(
-        position_std_m=float(rng.uniform(0.03, 0.12)),
-        velocity_std_mps=float(rng.uniform(0.05, 0.2)),
-        dropout_ratio=float(rng.uniform(0.0, 0.1)),
-        latency_ns=round(float(rng.uniform(0.06, 0.14)) * 1e9),
-    )
+    noise = random_tracker_noise(rng)
     s = arc_lengths(points)
     half_m = 0.5 * profile.body.width_m
     roles = tuple(_role(points, s, _FIRST_M + k * _APART_M, half_m, rng) for k in range(PEOPLE))
