@@ -39,7 +39,7 @@ def sources(recordings: Path | None) -> SceneSources:
 
 
 def drive(job: MonteCarloDrive) -> Row:
-    """One drive; in a sparse crowd also the same drive without people."""
+    """One drive; in a sparse and in a dense crowd also the same drive without people."""
     drawn = draw_scene(
         sources(job.recordings), perceiving(profile_of(job.stack), job.own_perception), job.seed
     )
@@ -49,7 +49,7 @@ def drive(job: MonteCarloDrive) -> Row:
         run.trace.write(job.traces / job.stack, drawn.scene.name)
     rows, metrics = run.trace.array(), run.metrics
     mean_mps = run.driven_m / max(float(rows[-1, 0]), 1e-9)
-    free_mps = _free_mps(drawn, job.plant_seed) if drawn.is_sparse else None
+    free_mps = _free_mps(drawn, job.plant_seed) if drawn.is_sparse or drawn.is_dense else None
     cpu_ms = run.plan_cpu_ms or (0.0,)
     return {
         "stack": job.stack,

@@ -2,7 +2,9 @@
 
 For the recordings that it was fitted on and for the others: how well people reproduce their recorded ways
 with the recorded car, how they meet the same car at other times, and how that compares with the recorded
-encounters. `--fit N` searches the parameters again, on the part that split.json names.
+encounters. Beside it, how near people pass before a car that stands, and attentive people of the reactive
+crowd before a shuttle that stands. `--fit N` searches the parameters again, on the part that split.json
+names.
 """
 
 import argparse
@@ -14,6 +16,7 @@ import numpy as np
 
 from benchmarks.people.distributions import Encounters, aware_encounters, joined, recorded_encounters
 from benchmarks.people.fitting import fitted, loss_m, people_met
+from benchmarks.people.passing import crowd_passes_m, recorded_passes_m
 from benchmarks.people.plots import plot_distributions
 from benchmarks.people.samples import Drive, drives_of, outline
 from benchmarks.reporting.report import Row, RunReport
@@ -27,6 +30,8 @@ from simulator.traffic.recordings import RecordingError
 # The car comes this much later than it did, or earlier.
 SHIFTS_S = (-2.0, -1.0, 1.0, 2.0)
 QUANTILES = (0.5, 0.75, 0.9, 0.95)
+PASSES_M_QUANTILES = (0.05, 0.25, 0.5)
+CROWD_SEEDS = range(1, 9)
 
 
 def main() -> None:
@@ -46,7 +51,8 @@ def main() -> None:
             raise SystemExit("cannot fit: the folder has none of the recordings that split.json names")
         params = fitted(parts["fit"], arguments.fit, arguments.seed, lambda line: print(line, flush=True))
         print(f"fitted: {params}")
-    rows, measured = [], {}
+    rows: list[Row] = []
+    measured = {}
     for name, part in parts.items():
         if part:
             row, shown = _measured(name, part, params)
@@ -54,6 +60,7 @@ def main() -> None:
             measured[name] = shown
     if arguments.plot is not None:
         plot_distributions(arguments.plot, measured)
+    rows.append({"part": "reactive_crowd"} | passes_row(crowd_passes_m(CROWD_SEEDS)))
     summary = {f"{row['part']}.{key}": value for row in rows for key, value in row.items() if key != "part"}
     report.write(
         arguments.json,
@@ -91,7 +98,17 @@ def _measured(
         for label, found in (("recorded", was), ("aware", now)):
             for quantile in QUANTILES:
                 row[f"{label}_{measure}_p{100 * quantile:.0f}"] = _quantile(getattr(found, measure), quantile)
-    return row, (was, now)
+    clips = {drive.clip.name: drive.clip for drive in drives}
+    return row | passes_row(recorded_passes_m(tuple(clips.values()))), (was, now)
+
+
+def passes_row(passes_m: Array) -> dict[str, float | int | str | None]:
+    """How many people pass before a standing vehicle, and how near; passes_m (n,)."""
+    row: dict[str, float | int | str | None] = {"passes": len(passes_m)}
+    for quantile in PASSES_M_QUANTILES:
+        row[f"passes_m_p{100 * quantile:.0f}"] = _quantile(passes_m, quantile)
+    row["passes_within_1m_pct"] = 100.0 * float((passes_m < 1.0).mean()) if len(passes_m) else None
+    return row
 
 
 def drive_encounters(

@@ -21,6 +21,8 @@ from vehicle_agent.config import Profile
 from vehicle_agent.signals import PEDESTRIAN
 
 SPARSE_PER_100M2 = 1.0
+# From here on a crowd is dense.
+DENSE_PER_100M2 = 5.0
 _LENGTH_M = (50.0, 85.0)
 _LANE_M_MIN = 45.0
 _PER_100M2 = (0.3, 8.0)
@@ -62,6 +64,10 @@ class RandomScene:
     @property
     def is_sparse(self) -> bool:
         return self.people_per_100m2 <= SPARSE_PER_100M2
+
+    @property
+    def is_dense(self) -> bool:
+        return self.people_per_100m2 >= DENSE_PER_100M2
 
     @property
     def removed(self) -> int:

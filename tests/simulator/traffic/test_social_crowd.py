@@ -131,6 +131,22 @@ def test_who_looks_lets_a_shuttle_go_that_has_waited_long() -> None:
     assert crowd.people[0, Y] > 1.1
 
 
+@pytest.mark.parametrize("start", [(5.5, 3.0), (7.0, 1.4), (9.0, 3.0)])
+def test_who_looks_crosses_before_a_standing_shuttle_with_room(start: tuple[float, float]) -> None:
+    # The bumper is at 8.5 m.
+    way = met(one(*start, (9.0, -6.0), True), 5.0, 0.0, 20.0)
+    before = way[np.abs(way[:, 1]) < 0.815]
+    assert way[-1, 1] < -4.0
+    assert len(before) == 0 or before[:, 0].max() < 5.0 or before[:, 0].min() - 8.5 > 0.8
+
+
+def test_who_walks_towards_a_standing_shuttle_goes_round_the_nearer_corner() -> None:
+    way = met(one(14.0, -0.6, (-10.0, 1.0), True), 5.0, 0.0, 20.0)
+    assert way[-1, 0] < -5.0
+    beside = way[(way[:, 0] > 4.2) & (way[:, 0] < 8.5)]
+    assert (beside[:, 1] < -1.0).all()
+
+
 def test_nobody_is_pushed_into_a_standing_shuttle() -> None:
     crowd = SocialCrowd(CrowdParams(10.0), PATH, 4)
     walked(crowd, 20.0, x_m=40.0)
