@@ -31,7 +31,7 @@ from simulator.traffic.recordings import RecordingError
 SHIFTS_S = (-2.0, -1.0, 1.0, 2.0)
 QUANTILES = (0.5, 0.75, 0.9, 0.95)
 PASSES_M_QUANTILES = (0.05, 0.25, 0.5)
-CROWD_SEEDS = range(1, 9)
+CROWD_SEEDS = range(1, 21)
 
 
 def main() -> None:

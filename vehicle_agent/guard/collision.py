@@ -140,11 +140,15 @@ class Avoidance(msgspec.Struct, frozen=True):
         return self.touching_mps + (self.full_mps - self.touching_mps) * max(gap_m, 0.0) / self.beside_m
 
     def may_set_off(self, movers: Array, rows: Array, steer_rad: float) -> bool:
-        """No road user is within the footprint and its margins, and nothing is touched at once.
+        """No road user is before the bumper or touches a flank, and nothing is touched at once.
 
-        Road users behind the rear bumper do not count: driving on moves away from them.
+        Road users behind the rear bumper do not count: driving on moves away from them. So it does from who
+        is near a flank, unless the vehicle turns towards them.
         """
-        if is_any_within(movers, self.body, self.front_margin_m, self.margin_m, -self.back_m):
+        corner_m = self.front_m - _CORNER_M
+        if is_any_within(movers, self.body, self.front_margin_m, self.margin_m, corner_m):
+            return False
+        if is_any_within(movers, self.body, 0.0, 0.0, -self.back_m):
             return False
         curvature_1pm = math.tan(steer_rad) / self.wheelbase_m
         return not self._touches(

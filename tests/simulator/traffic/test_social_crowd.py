@@ -147,6 +147,21 @@ def test_who_walks_towards_a_standing_shuttle_goes_round_the_nearer_corner() -> 
     assert (beside[:, 1] < -1.0).all()
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_nobody_who_looks_gets_stuck_before_a_standing_shuttle(seed: int) -> None:
+    crowd = SocialCrowd(CrowdParams(6.0, 1.0), PATH, seed)
+    # Until people no longer let it go first.
+    walked(crowd, 40.0, x_m=40.0)
+    since_s, anchors = np.zeros(len(crowd.people)), crowd.people[:, [X, Y]].copy()
+    for _ in range(60):
+        walked(crowd, 1.0, x_m=40.0)
+        places = crowd.people[:, [X, Y]]
+        before = (np.abs(places[:, 0] - 45.0) < 1.5) & (np.abs(places[:, 1]) < 1.6) & (crowd.activity == WALK)
+        moved = ~before | (np.hypot(*(places - anchors).T) > 0.35)
+        anchors[moved], since_s = places[moved], np.where(moved, 0.0, since_s + 1.0)
+        assert since_s.max() < 10.0
+
+
 def test_nobody_is_pushed_into_a_standing_shuttle() -> None:
     crowd = SocialCrowd(CrowdParams(10.0), PATH, 4)
     walked(crowd, 20.0, x_m=40.0)

@@ -376,12 +376,13 @@ def test_tracks_that_are_not_finite_raise_a_fault_and_slow_the_vehicle() -> None
 
 def test_a_person_within_the_footprint_s_margin_keeps_the_vehicle_from_setting_off() -> None:
     still = {"ego_speed_mps": 0.0, "motion_speed_mps": 0.0}
-    for x, y in ((3.9, 0.0), (1.0, 1.1), (2.0, 0.0)):
+    for x, y in ((3.9, 0.0), (1.0, 1.05), (3.3, 1.1), (2.0, 0.0)):
         act, verdict = driving().step(tracks=someone(x, y), **still)
         assert (act.throttle_ratio, act.brake_ratio) == (0.0, GUARD.hold_ratio), (x, y)
         assert verdict.intervened == "somebody close"
-    act, _ = driving().step(tracks=someone(1.0, 1.6), **still)
-    assert act.throttle_ratio == 0.3
+    for x, y in ((1.0, 1.6), (1.0, 1.1)):
+        act, _ = driving().step(tracks=someone(x, y), **still)
+        assert act.throttle_ratio == 0.3, (x, y)
 
 
 def test_a_person_who_steps_in_front_of_a_creeping_bumper_stops_the_vehicle() -> None:

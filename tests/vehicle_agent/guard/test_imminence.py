@@ -170,7 +170,7 @@ def test_somebody_far_away_hides_nobody_who_is_near() -> None:
         assert brake(points=points, speed=3.0) == brake(points=(near,), speed=3.0) > 0.0
 
 
-def may_set_off(*tracks: tuple[float, float]) -> bool:
+def may_set_off(*tracks: tuple[float, float], steer_rad: float = 0.0) -> bool:
     around = Tracks(
         NOW_NS,
         np.arange(len(tracks)),
@@ -181,15 +181,23 @@ def may_set_off(*tracks: tuple[float, float]) -> bool:
     )
     world = World(NOW_NS, NOW_NS, np.empty((0, 2)), (), (), False, around)
     ego = Ego(NOW_NS, Pose2(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.02, NOW_NS, True)
-    return AVOIDANCE.may_set_off(*AVOIDANCE.road_users(world, ego), 0.0)
+    return AVOIDANCE.may_set_off(*AVOIDANCE.road_users(world, ego), steer_rad)
 
 
 def test_nobody_is_driven_away_from_who_touches_the_flank_and_behind_the_bumper_all_may_stand() -> None:
-    beside_the_rear_wheel = (-0.5, HALF + 0.25 + 0.05)
+    touches_the_rear_wheel = (-0.5, HALF + 0.25 - 0.02)
     right_behind = (-BODY.rear_overhang_m - 0.25 - 0.05, 0.0)
-    assert not may_set_off(beside_the_rear_wheel)
+    assert not may_set_off(touches_the_rear_wheel)
     assert may_set_off(right_behind)
-    assert not may_set_off(right_behind, beside_the_rear_wheel)
+    assert not may_set_off(right_behind, touches_the_rear_wheel)
+
+
+def test_who_walks_by_at_a_hand_s_breadth_from_the_flank_may_be_driven_away_from_but_not_turned_to() -> None:
+    beside = (FRONT - 1.0, HALF + 0.25 + 0.05)
+    at_the_corner = (FRONT - 0.2, HALF + 0.25 + 0.05)
+    assert may_set_off(beside)
+    assert not may_set_off(beside, steer_rad=0.45)
+    assert not may_set_off(at_the_corner)
 
 
 def test_the_inner_side_cuts_the_corner() -> None:
@@ -261,7 +269,7 @@ def test_travel_is_response_and_then_braking() -> None:
     assert travel_m(0.2, 4.0, 0.0, 0.3, 5.0) == pytest.approx(0.8)
 
 
-@pytest.mark.parametrize(("x", "y", "may"), [(-1.05, 0.2, True), (1.0, 1.1, False), (3.8, 0.0, False)])
+@pytest.mark.parametrize(("x", "y", "may"), [(-1.05, 0.2, True), (1.0, 1.05, False), (3.8, 0.0, False)])
 def test_only_a_person_behind_the_vehicle_does_not_keep_it_from_setting_off(
     x: float, y: float, may: bool
 ) -> None:

@@ -10,6 +10,9 @@ from vehicle_agent.planning.motion.request import Agents, DrivingLimits, MotionR
 from vehicle_agent.signals import PEDESTRIAN
 
 _STILL_MPS = 0.3
+# Who is this far behind the bumper can still step in front of it; so far in the body seems somebody beside it
+# to be, by the tracker's error.
+_CORNER_M, _ERROR_M = 0.3, 0.05
 
 
 def violations(
@@ -19,7 +22,8 @@ def violations(
 
     emergency  check against the hardest braking and its jerk instead of the ordinary ones
     Names: empty, not_finite, start, kinematics, speed, accel, jerk, curvature, lateral, wall, static, agent,
-    footprint (a person or obstacle is inside the outline at the start and the answer is not a stop), end.
+    footprint (a person or obstacle is inside the outline at the start and the answer is not a stop; a person
+    whose middle is beside the body touches its flank and is not inside it), end.
     """
     if len(rows) < 2:
         return ("empty",)
@@ -167,6 +171,8 @@ def _known(agents: Agents) -> BoolArray:
 def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle, nose_m: float = np.inf) -> Array:
     """(k, a) clearance to each agent's nominal outline: people as discs, others as boxes (exact overlap).
 
+    Nobody is predicted to walk through a flank (`_kept_out`).
+
     nose_m: clearances to people are of this length of the body alone, from the bumper back.
     """
     known = _known(agents)
@@ -180,7 +186,10 @@ def _agent_gaps(rows: Array, agents: Agents, vehicle: Vehicle, nose_m: float = n
         w = (t - agents.times_s[i]) / (agents.times_s[i + 1] - agents.times_s[i])
         places = poses[:, i, :2] + w[None, :, None] * (poses[:, i + 1, :2] - poses[:, i, :2])
         x, y = places[..., 0].T, places[..., 1].T
-    gaps = _gaps(rows, vehicle, x, y, 0.5 * sizes.max(axis=1)[None, :], nose_m)
+    radius, is_person = 0.5 * sizes.max(axis=1), agents.kinds[known] == PEDESTRIAN
+    if is_person.any():
+        x, y = _kept_out(rows, vehicle, x, y, radius, is_person)
+    gaps = _gaps(rows, vehicle, x, y, radius[None, :], nose_m)
     for a in np.flatnonzero(agents.kinds[known] != PEDESTRIAN):
         nearest = np.clip(np.searchsorted(agents.times_s, t), 0, poses.shape[1] - 1)
         yaw = poses[a, nearest, 2]
@@ -195,6 +204,30 @@ def _is_behind(rows: Array, vehicle: Vehicle, x: Array, y: Array) -> BoolArray:
     dx, dy, yaw = x - rows[0, 1], y - rows[0, 2], rows[0, 3]
     behind: BoolArray = dx * np.cos(yaw) + dy * np.sin(yaw) < -vehicle.rear_overhang_m
     return behind
+
+
+def _kept_out(
+    rows: Array, vehicle: Vehicle, x: Array, y: Array, radius: Array, people: BoolArray
+) -> tuple[Array, Array]:
+    """The places x, y (k, a) of agents; people do not walk on through a flank of the body at the start.
+
+    From where they reach it they walk along it, touching it. Who comes in by the front goes on.
+    """
+    cos, sin = np.cos(rows[0, 3]), np.sin(rows[0, 3])
+    dx, dy = x - rows[0, 1], y - rows[0, 2]
+    along, across = cos * dx + sin * dy, cos * dy - sin * dx
+    touching_m = 0.5 * vehicle.width_m + radius
+    corner_m = vehicle.length_m - vehicle.rear_overhang_m - _CORNER_M
+    within = (-vehicle.rear_overhang_m <= along) & (along <= corner_m) & (np.abs(across) < touching_m)
+    first, a = np.argmax(within, axis=0), np.arange(x.shape[1])
+    before = across[np.maximum(first - 1, 0), a]
+    by_flank = np.where(
+        first > 0, np.abs(before) >= touching_m, np.abs(before) > 0.5 * vehicle.width_m - _ERROR_M
+    )
+    held = (people & within.any(axis=0) & by_flank) & (np.arange(len(x))[:, None] >= first)
+    side = np.where(before > 0.0, 1.0, -1.0)
+    across = np.where(held, side * np.maximum(side * across, touching_m + 1e-6), across)
+    return rows[0, 1] + cos * along - sin * across, rows[0, 2] + sin * along + cos * across
 
 
 def _box_gaps(rows: Array, vehicle: Vehicle, x: Array, y: Array, yaw: Array, size: Array) -> Array:

@@ -12,6 +12,7 @@ from contract.geometry import Array
 from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.agents import MovingDiscs, moving_discs
 from vehicle_agent.planning.motion.fallback import MotionCandidate, badness, judge, on_arc, safest, stops
+from vehicle_agent.planning.motion.flanks import held_at_flanks
 from vehicle_agent.planning.motion.path.factors import FactorWeights, PathProblem
 from vehicle_agent.planning.motion.path.frame import LineFolds
 from vehicle_agent.planning.motion.path.gp_path import SolvedPath, solve_path
@@ -43,13 +44,15 @@ def plan_motion(request: MotionRequest, params: MotionParams) -> Motion:
     slots = round(params.horizon_s / params.row_s) + 1
     times: Array = params.row_s * np.arange(slots, dtype=np.float64)
     moving = moving_discs(request.agents, times, params.track_mps_max)
+    still = _standing(moving, params.moving_m)
+    moving = held_at_flanks(moving, request.start.pose_map, params.vehicle.box)
     road: Road | None = None
     try:
         road = road_from(request, params)
         s0_m, start = start_on(road, request)
         if road.folds_m - 2.0 < s0_m:
             raise LineFolds("the line folds here")
-        draft, used = _refined(request, params, road, s0_m, start, moving)
+        draft, used = _refined(request, params, road, s0_m, start, still, moving)
     except LineFolds:
         return on_arc(request, params, "line_folds", moving)
     except OffLine:
@@ -75,12 +78,13 @@ def _refined(
     road: Road,
     s0_m: float,
     start: Array,
+    still: Array,
     moving: MovingDiscs,
 ) -> tuple[MotionCandidate, int]:
     """(best candidate, iterations). Refines the path by the last speed profile, and tries again."""
     limits = params.limits
     weights = params.path.factors()
-    obstacles = np.vstack([request.static_discs, _standing(moving, params.moving_m)])
+    obstacles = np.vstack([request.static_discs, still])
     top = max(limits.speed_mps_max, request.start.speed_mps)
     horizon_m = top * params.horizon_s + top**2 / (2.0 * limits.decel_mps2_comfort) + params.vehicle.length_m
     reach = np.sqrt(

@@ -10,6 +10,7 @@ from numba import njit
 from contract.geometry import Array, BoolArray
 from vehicle_agent.planning.motion.agents import MovingDiscs
 from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
+from vehicle_agent.planning.motion.flanks import is_at_flank
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
 from vehicle_agent.planning.motion.request import ProjectionParams
 from vehicle_agent.planning.motion.speed.room_to_stop import speed_with_room
@@ -31,7 +32,7 @@ class Occupancy(msgspec.Struct, frozen=True):
     soft_low_m, soft_high_m  (T, a) the inflated place
     limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample; 1000 where
                              no pedestrian is near enough to matter
-    inside                   (a,) touches the vehicle now
+    inside                   (a,) touches the vehicle now, and is no person at its flank
     """
 
     hard_low_m: np.ndarray
@@ -133,16 +134,19 @@ def _at_start(sweep: _Sweep, moving: MovingDiscs, agents: int, box: Box) -> _Sta
     gap_m = np.full(agents, np.inf)
     behind, inside = np.zeros(agents, np.bool_), np.zeros(agents, np.bool_)
     at = BoxPose(sweep.poses[0, 0], sweep.poses[0, 1], sweep.cos[0], sweep.sin[0])
-    discs, owner = moving.discs, moving.owner
+    discs, owner, pedestrian = moving.discs, moving.owner, moving.pedestrian
     for m in range(discs.shape[1]):
         px, py, radius = discs[0, m, 0], discs[0, m, 1], discs[0, m, 2]
         a = owner[m]
         gap = box_distance(at, box, px, py)
         gap_m[a] = min(gap_m[a], gap - radius)
-        is_behind = at.cos * (px - at.x_m) + at.sin * (py - at.y_m) < -box.rear_m
+        dx, dy = px - at.x_m, py - at.y_m
+        along, across = at.cos * dx + at.sin * dy, at.cos * dy - at.sin * dx
+        is_behind = along < -box.rear_m
         behind[a] |= is_behind
-        # The vehicle drives away from a person at its rear bumper, but not from one elsewhere inside it.
-        inside[a] |= gap < radius and not is_behind
+        # The vehicle drives away from a person at its rear bumper or flank, but not from one inside it.
+        is_beside = pedestrian[m] and is_at_flank(along, across, box)
+        inside[a] |= gap < radius and not is_behind and not is_beside
     return _Start(gap_m, behind, inside)
 
 
