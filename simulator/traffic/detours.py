@@ -21,7 +21,11 @@ def next_corner(
     front: float,
     half: float,
 ) -> tuple[float, float]:
-    """The corner of the rectangle to walk to first on the shortest way round it; straight on without any."""
+    """The corner of a rectangle to walk to first, on the shortest way round it to the goal.
+
+    All in the rectangle's frame: x from back to front (m), y from -half to half (m), the heading in radians.
+    A place a metre ahead where no corner is in sight.
+    """
     best_m, to_x, to_y = math.inf, x + 1.0, y
     for corner in range(4):
         ahead, left = corner < 2, corner % 2 == 0
