@@ -6,7 +6,7 @@ import numpy as np
 
 from contract.geometry import Array
 from simulator.traffic.corridor import SAMPLES, SPACING_M
-from simulator.traffic.crowd import V_FRONT, V_HALF, V_SPEED, V_X, V_Y, V_YAW
+from simulator.traffic.crowd import V_FRONT, V_HALF, V_X, V_Y, V_YAW
 from simulator.traffic.recordings import Clip
 from simulator.traffic.social_crowd import CrowdParams, SocialCrowd
 from simulator.traffic.social_force import VX, VY, X, Y
@@ -16,8 +16,9 @@ _STANDS_MPS, _WALKS_MPS, _FAR_M = 0.15, 0.4, 8.0
 # People this much beside the body count as before it.
 _BESIDE_M = 0.1
 _EVERY_STEPS, _DT_S = 5, 0.02
+# As rows of `simulator.traffic.crowd`: at rest half way along a straight path with a point every metre.
 _SHUTTLE = (40.0, 0.0, 0.0, 0.85, 3.5, 0.815, 0.0)
-_PATH_M, _STAND_S = 81, 60.0
+_PATH_POINTS, _STAND_S = 81, 60.0
 _CROWD = CrowdParams(people_per_100m2=6.0, attentive_ratio=1.0)
 
 
@@ -45,8 +46,9 @@ def crowd_passes_m(seeds: Sequence[int]) -> Array:
     """(n,) the same of attentive people of a reactive crowd (6 on 100 m2), about a shuttle that stands for a
     minute."""
     found: list[float] = []
-    path = np.column_stack((np.arange(float(_PATH_M)), np.zeros(_PATH_M)))
+    path = np.column_stack((np.arange(float(_PATH_POINTS)), np.zeros(_PATH_POINTS)))
     vehicles = np.array([_SHUTTLE])
+    body = (_SHUTTLE[V_FRONT], _SHUTTLE[V_HALF])
     ahead = np.zeros((1, SAMPLES, 2))
     ahead[0, :, 0] = vehicles[0, V_X] + SPACING_M * np.arange(SAMPLES)
     for seed in seeds:
@@ -58,12 +60,10 @@ def crowd_passes_m(seeds: Sequence[int]) -> Array:
                 continue
             people = crowd.people
             poses = np.broadcast_to(vehicles[0, [V_X, V_Y, V_YAW]], (len(people), 3))
-            body = (float(vehicles[0, V_FRONT]), float(vehicles[0, V_HALF]))
             ahead_m, is_passing = _before(poses, body, people[:, [X, Y]], people[:, [VX, VY]])
             for i in np.flatnonzero(is_passing):
                 nearest[int(i)] = min(nearest.get(int(i), np.inf), float(ahead_m[i]))
         found += nearest.values()
-    assert vehicles[0, V_SPEED] == 0.0
     return np.array(found)
 
 

@@ -220,11 +220,11 @@ def _detour(p: Array, wx: float, wy: float, vehicle: Array, berth_m: float) -> t
 @njit(cache=True)
 def _stands_on_goal(p: Array, vehicle: Array, berth_m: float) -> bool:
     """The vehicle stands on the person's goal; the person then gets a new one."""
+    if abs(vehicle[V_SPEED]) > _STANDING_MPS:
+        return False
     kept = _with_berth(vehicle, berth_m)
     return (
-        abs(vehicle[V_SPEED]) <= _STANDING_MPS
-        and clearance_m(kept, p[X], p[Y]) <= _NEAR_GOAL_M
-        and clearance_m(kept, p[GOAL_X], p[GOAL_Y]) < _REACH_M
+        clearance_m(kept, p[X], p[Y]) <= _NEAR_GOAL_M and clearance_m(kept, p[GOAL_X], p[GOAL_Y]) < _REACH_M
     )
 
 

@@ -12,7 +12,7 @@ from vehicle_agent.planning.motion.clearance import Box
 # What people who walk up to a flank keep from it, or what they have now if that is less.
 _KEPT_M = 0.3
 # Who is this far behind the bumper can still step in front of it.
-_CORNER_M = 0.3
+CORNER_M = 0.3
 # By the tracker's error, somebody beside the body seems to be so far in it.
 _ERROR_M = 0.05
 
@@ -34,7 +34,7 @@ def held_at_flanks(moving: MovingDiscs, start_map: Pose2, box: Box) -> MovingDis
 @njit(cache=True)
 def is_at_flank(along_m: float, across_m: float, box: Box) -> bool:
     """Whether a person whose middle is there (base frame) is beside the body, even if they touch it."""
-    return -box.rear_m <= along_m <= box.front_m - _CORNER_M and abs(across_m) > box.half_width_m - _ERROR_M
+    return -box.rear_m <= along_m <= box.front_m - CORNER_M and abs(across_m) > box.half_width_m - _ERROR_M
 
 
 @njit(cache=True)
@@ -64,7 +64,7 @@ def held(discs: Array, pedestrian: BoolArray, pose: Array, box: Box) -> Array:
                     before = here
                 elif gap <= 0.0:
                     break
-            is_beside = -box.rear_m <= along <= box.front_m - _CORNER_M
+            is_beside = -box.rear_m <= along <= box.front_m - CORNER_M
             if side == 0.0 and is_beside and abs(across) < kept_m:
                 side = before
             if aside >= 0.0:

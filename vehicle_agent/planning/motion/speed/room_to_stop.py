@@ -5,10 +5,9 @@ import math
 from numba import njit
 
 from vehicle_agent.planning.motion.clearance import Box, BoxPose
+from vehicle_agent.planning.motion.flanks import CORNER_M
 from vehicle_agent.planning.motion.request import StoppingRoom, SuddenStep
 
-# A person this far behind the bumper can still step in front of it: until then the vehicle creeps.
-_CORNER_M = 0.3
 # A person who walks this far beside the body, or farther, walks along it and not in its way.
 _BESIDE_M = 0.4
 _NEWTON_STEPS = 4
@@ -31,7 +30,8 @@ def speed_with_room(
     ahead = at.cos * dx + at.sin * dy - box.front_m - radius
     across = at.cos * dy - at.sin * dx
     aside = abs(across) - box.half_width_m - radius
-    if ahead + radius > -_CORNER_M and aside < room.aside_m:
+    # Until they cannot step in front of it any more, the vehicle creeps.
+    if ahead + radius > -CORNER_M and aside < room.aside_m:
         along_mps = at.cos * vx + at.sin * vy
         away_mps = (at.cos * vy - at.sin * vx) * (1.0 if across > 0.0 else -1.0)
         limit = min(limit, _room_speed(ahead, aside, along_mps, away_mps, room))
