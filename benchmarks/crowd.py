@@ -4,7 +4,9 @@ DIR holds drone recordings of cars among people. Every drive of a car forwards (
 run: the shuttle drives that car's path among the recorded people and other cars. It begins with the car's
 position, time and speed; its speed limit is the car's maximum in the drive. A front contact while moving
 faster than 0.3 m/s counts, and a run that takes more than twice the human's time is a failure. The human's
-drive is evaluated by the same rule, with the shuttle's outline.
+drive is evaluated by the same rule, with the shuttle's outline. `dense_mps` is the mean speed while there are
+5 to 8 people on the 100 m2 about the bumper, `dense_speed_ratio` its share of the speed limit. With `human_`
+before them they are the human's.
 
 The people are recorded. By default they see nothing, as the adversarial case. With `--people aware` they heed
 the shuttle as they heeded the car; how well they then reproduce their recorded ways is printed.
@@ -23,6 +25,7 @@ from benchmarks.reporting.run_logs import add_log_arguments, log_choice
 from campusloop.commands.perceiving import tell_lacks
 from campusloop.scenes.crowd_clips import PEOPLE, ClipRun, clip_runs
 from campusloop.scenes.drive import SceneDrive, SceneRun
+from campusloop.scenes.people_met import people_met
 from campusloop.scenes.stacks import perceiving, profile_of
 from simulator.traffic.aware.reproduction import Reproduction
 from simulator.traffic.recordings import Clip, RecordingError, drone_clips
@@ -85,6 +88,7 @@ def _recording_line(clip: Clip) -> str:
 def _row(stack: str, clip: str, number: int, clip_run: ClipRun, run: SceneRun) -> Row:
     limit_s = clip_run.scene.limit_s
     cpu_ms = run.plan_cpu_ms or (0.0,)
+    met = people_met(run.trace.array(), run.trace.agents, clip_run.scene.profile.body)
     return {
         "stack": stack,
         "clip": clip,
@@ -104,6 +108,10 @@ def _row(stack: str, clip: str, number: int, clip_run: ClipRun, run: SceneRun) -
         "clearance_m": _finite(run.metrics.clearance_m),
         "human_contacts": len(clip_run.human.front_contacts),
         "human_clearance_m": _finite(clip_run.human.clearance_m),
+        "dense_s": met.dense_s,
+        "dense_m": met.dense_m,
+        "human_dense_s": clip_run.human_met.dense_s,
+        "human_dense_m": clip_run.human_met.dense_m,
         "plan_cpu_p95_ms": float(np.percentile(cpu_ms, 95)),
         "limited_by": " ".join(f"{name}:{count}" for name, count in run.limited_by[:4]),
     }
@@ -128,6 +136,11 @@ def summary(rows: list[Row]) -> dict[str, float | int | None]:
         out[f"{stack}.clearance_median_m"] = float(np.median(clear)) if clear else None
         out[f"{stack}.human_contacts"] = int(sum(_number(row["human_contacts"]) for row in mine))
         out[f"{stack}.human_clearance_median_m"] = float(np.median(human_clear)) if human_clear else None
+        for whose in ("", "human_"):
+            dense_m, dense_s = (sum(_number(row[f"{whose}dense_{unit}"]) for row in mine) for unit in "ms")
+            out[f"{stack}.{whose}dense_mps"] = dense_m / dense_s if dense_s else None
+            limits_m = sum(_number(row[f"{whose}dense_s"]) * _number(row["human_max_mps"]) for row in mine)
+            out[f"{stack}.{whose}dense_speed_ratio"] = dense_m / limits_m if limits_m else None
     return out
 
 

@@ -6,8 +6,9 @@ The crowd is reactive people of a random density, of whom some are inattentive, 
 (drone clips and obsmat files), placed on the path.
 A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted separately. A
 stall is a stand of more than 20 s with a free corridor 1.5 widths wide past all people ahead. In sparse
-crowds (at most one person on 100 m2) and in dense ones (5 to 8) the mean speed is compared with that of the
-same drive without people.
+crowds (at most one person on 100 m2 of the path) and in dense ones (5 to 8) the mean speed is compared with
+that of the same drive without people. How many the vehicle had around it is counted as it drives: more than
+that, since people gather about a vehicle that stands.
 """
 
 import argparse
@@ -106,6 +107,9 @@ def summary(rows: list[Row]) -> Row:
         out[f"{stack}.mean_speed_ratio"] = _speed_ratio(sparse)
         out[f"{stack}.dense_runs"] = len(dense)
         out[f"{stack}.dense_speed_ratio"] = _speed_ratio(dense)
+        out[f"{stack}.dense_people_met_per_100m2"] = _mean(
+            [_number(r["people_met_per_100m2"]) for r in dense]
+        )
         out[f"{stack}.stalls"] = int(sum(_number(row["stalls"]) for row in mine))
         out[f"{stack}.reached"] = sum(bool(row["reached"]) for row in mine)
         out[f"{stack}.mean_mps"] = float(np.mean([_number(row["mean_mps"]) for row in mine]))
@@ -116,7 +120,11 @@ def summary(rows: list[Row]) -> Row:
 
 def _speed_ratio(rows: list[Row]) -> float | None:
     ratios = [_number(row["mean_mps"]) / max(_number(row["free_mps"]), 1e-9) for row in rows]
-    return float(np.mean(ratios)) if ratios else None
+    return _mean(ratios)
+
+
+def _mean(values: list[float]) -> float | None:
+    return float(np.mean(values)) if values else None
 
 
 def _number(value: object) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from benchmarks.reporting.report import Row
 from benchmarks.reporting.run_logs import LogChoice
 from campusloop.scenes.drive import SceneDrive
+from campusloop.scenes.people_met import people_met
 from campusloop.scenes.random_crowds import RandomScene, SceneSources, draw_scene, scene_sources
 from campusloop.scenes.stacks import perceiving, profile_of
 from campusloop.scenes.stalls import stalls
@@ -57,6 +58,7 @@ def drive(job: MonteCarloDrive) -> Row:
         "path": drawn.path,
         "crowd": drawn.crowd,
         "people_per_100m2": drawn.people_per_100m2,
+        "people_met_per_100m2": people_met(rows, run.trace.agents, scene.profile.body).per_100m2,
         "time_s": float(rows[-1, 0]),
         "driven_m": run.driven_m,
         "reached": run.time_s is not None,

@@ -10,6 +10,7 @@ import numpy as np
 from campusloop.scenes.contact_metrics import ContactMetrics, contact_metrics
 from campusloop.scenes.drive import Scene
 from campusloop.scenes.path_map import extended, path_map
+from campusloop.scenes.people_met import PeopleMet, people_met
 from campusloop.scenes.recorded.drives import RecordedDrive, rear_axle_path, recorded_drives
 from contract.geometry import arc_lengths
 from simulator.traffic.actors import Bodies
@@ -30,12 +31,13 @@ _LATERAL_MPS2 = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ClipRun:
-    """A scene with its people, and the recorded human drive evaluated by the same contact metrics."""
+    """A scene with its people, and the recorded human drive evaluated by the same metrics."""
 
     scene: Scene
     traffic: ReplayedTraffic | AwareTraffic
     drive: RecordedDrive
     human: ContactMetrics
+    human_met: PeopleMet
 
     @property
     def human_time_s(self) -> float:
@@ -92,7 +94,7 @@ def _run(clip: Clip, drive: RecordedDrive, name: str, profile: Profile, seed: in
         seed=seed,
         actors=traffic,
     )
-    return ClipRun(scene, traffic, drive, _human(clip, car, body))
+    return ClipRun(scene, traffic, drive, *_human(clip, car, body))
 
 
 def _pieces(clip: Clip, car: RecordedTrack) -> frozenset[int]:
@@ -100,8 +102,8 @@ def _pieces(clip: Clip, car: RecordedTrack) -> frozenset[int]:
     return frozenset(other.number for other in clip.cars() if other.recorded_id == car.recorded_id)
 
 
-def _human(clip: Clip, car: RecordedTrack, body: Body) -> ContactMetrics:
-    """The contact metrics of the recorded drive, with the shuttle's outline about the car's centre."""
+def _human(clip: Clip, car: RecordedTrack, body: Body) -> tuple[ContactMetrics, PeopleMet]:
+    """The metrics of the recorded drive, with the shuttle's outline about the car's centre."""
     others = ReplayedTraffic(clip, float(car.times_s[0]), _pieces(clip, car))
     back_m = 0.5 * body.length_m - body.rear_overhang_m
     rows, agents = [], list[Bodies]()
@@ -111,4 +113,5 @@ def _human(clip: Clip, car: RecordedTrack, body: Body) -> ContactMetrics:
             (t, x - back_m * math.cos(yaw), y - back_m * math.sin(yaw), yaw, math.hypot(vx, vy), 0.0, 0.0)
         )
         agents.append(others.bodies())
-    return contact_metrics(np.array(rows), agents, body)
+    table = np.array(rows)
+    return contact_metrics(table, agents, body), people_met(table, agents, body)

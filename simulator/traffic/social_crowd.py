@@ -31,11 +31,14 @@ _GOALS_EVERY_STEPS = 10
 # No person appears within this distance of a shuttle at the start.
 _CLEAR_M = 9.0
 _STANDING_MPS = 0.3
+# Whoever crosses passes the path, so more people are near it than on the rest of the ground: this share more
+# for each metre of reach. Measured without a vehicle, with the ratios of `CrowdParams`, from 6 to 16 m.
+_NEARER_PATH_1PM = 0.04
 
 
 @dataclass(frozen=True, slots=True)
 class CrowdParams:
-    """people_per_100m2  of the ground within reach_m of the path
+    """people_per_100m2  mean on 100 m2 (a circle) about the path, before a vehicle comes
     attentive_ratio      people who make room for a shuttle, and accept gaps or wait
     crossing_ratio, linger_ratio  of all new goals; the others walk along with the flow of their side
     on_path_ratio        of the goals along the path, those on the path itself
@@ -68,7 +71,8 @@ class SocialCrowd:
         self._path = np.ascontiguousarray(path, dtype=np.float64)
         self._s = arc_lengths(self._path)
         area_m2 = 2.0 * params.reach_m * float(self._s[-1])
-        count = min(round(params.people_per_100m2 * area_m2 / 100.0), params.people_max)
+        per_100m2 = params.people_per_100m2 / (1.0 + _NEARER_PATH_1PM * params.reach_m)
+        count = min(round(per_100m2 * area_m2 / 100.0), params.people_max)
         self.people: Array = np.zeros((count, PERSON_COLUMNS))
         self.activity: Ints = np.full(count, DONE, np.int64)
         self.attentive: Ints = (self._rng.random(count) < params.attentive_ratio).astype(np.int64)

@@ -10,6 +10,7 @@ def row(per_100m2: float, mean_mps: float, free_mps: float | None) -> Row:
     return {
         "stack": "snow_lion",
         "people_per_100m2": per_100m2,
+        "people_met_per_100m2": per_100m2 + 1.0,
         "mean_mps": mean_mps,
         "free_mps": free_mps,
         "contacts": 0,
@@ -26,6 +27,7 @@ def test_sparse_and_dense_crowds_are_compared_apart() -> None:
     assert found["snow_lion.mean_speed_ratio"] == pytest.approx(0.8)
     assert found["snow_lion.dense_runs"] == 2
     assert found["snow_lion.dense_speed_ratio"] == pytest.approx(0.25)
+    assert found["snow_lion.dense_people_met_per_100m2"] == pytest.approx(7.95)
 
 
 def test_without_dense_crowds_there_is_no_ratio() -> None:

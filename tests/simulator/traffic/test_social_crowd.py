@@ -58,10 +58,20 @@ def met(crowd: SocialCrowd, x_m: float, speed_mps: float, seconds: float) -> np.
     return np.array(way)
 
 
-@pytest.mark.parametrize("density", [0.5, 3.0, 10.0])
-def test_there_are_as_many_people_as_asked_for(density: float) -> None:
-    crowd = SocialCrowd(CrowdParams(density), PATH, 3)
-    assert len(crowd.bodies().numbers) == round(density * 24.0 * 80.0 / 100.0)
+@pytest.mark.parametrize(("density", "reach_m"), [(2.0, 12.0), (6.0, 6.0), (6.0, 12.0), (8.0, 8.0)])
+def test_there_are_as_many_people_on_the_path_as_asked_for(density: float, reach_m: float) -> None:
+    counts = []
+    for seed in range(4):
+        crowd = SocialCrowd(CrowdParams(density, reach_m=reach_m), PATH, seed)
+        for k in range(3000):
+            crowd.step(np.zeros((0, 7)), np.zeros(0), np.zeros((0, 121, 2)), DT_S)
+            if k < 500 or k % 50:
+                continue
+            places = crowd.people[:, [X, Y]]
+            counts += [
+                (np.hypot(places[:, 0] - x_m, places[:, 1]) < 5.642).sum() for x_m in (20.0, 40.0, 60.0)
+            ]
+    assert np.mean(counts) == pytest.approx(density, rel=0.12)
 
 
 def test_a_seed_repeats_the_crowd_bit_for_bit_and_another_does_not() -> None:
