@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+import msgspec
 import numpy as np
 
 from contract.geometry import Pose2
@@ -41,6 +42,17 @@ class NetworkFinder:
         return self._detector.seen(points, intensities, stamp_ns, older)
 
 
+class BelowBeams(msgspec.Struct, frozen=True):
+    """Who stands before the bumper below the lidars' beams: what a worker that is started again must know.
+
+    people_base   x, y and diameter of each, base frame
+    waved_on_ns   the newest wave of an operator that they have outlasted
+    """
+
+    people_base: tuple[tuple[float, float, float], ...] = ()
+    waved_on_ns: int = 0
+
+
 class TracksWorker:
     """Obstacle cells and tracks from the points, scan after scan."""
 
@@ -58,6 +70,8 @@ class TracksWorker:
         self._way = ReckonedWay()
         self._state = perception.initial()
         self._waved_on_ns = 0
+        self._pose_odom = Pose2(0.0, 0.0, 0.0)
+        self._remembered: np.ndarray | None = None
         self._shown = ThinnedScans(thinning)
 
     def take(self, motion: EgoMotion) -> None:
@@ -66,10 +80,27 @@ class TracksWorker:
         if motion.waved_on_ns > self._waved_on_ns:
             self._waved_on_ns = motion.waved_on_ns
             self._state = self._perception.without_below(self._state)
+            self._remembered = None
+
+    def below_beams(self) -> BelowBeams:
+        """As of the newest scan."""
+        people = self._perception.people_below(self._state, self._pose_odom)
+        return BelowBeams(tuple((float(x), float(y), float(d)) for x, y, d in people), self._waved_on_ns)
+
+    def remember(self, below: BelowBeams) -> None:
+        """Who was there when an earlier worker ended; before the first scan.
+
+        The vehicle is taken not to have moved since: without percepts it brakes.
+        """
+        self._remembered = np.array(below.people_base).reshape(-1, 3)
+        self._waved_on_ns = below.waved_on_ns
 
     def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:
         points = self._straightened(rows)
-        pose_odom = self._way.pose_odom(stamp_ns)
+        pose_odom = self._pose_odom = self._way.pose_odom(stamp_ns)
+        if self._remembered is not None:
+            self._state = self._perception.with_below(self._state, self._remembered, pose_odom)
+            self._remembered = None
         finder = self._finder
         found = None if finder is None else finder.found(points, rows[:, 3], stamp_ns, pose_odom)
         cells, tracks, self._state = self._perception.step(

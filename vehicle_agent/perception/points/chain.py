@@ -63,6 +63,16 @@ class PointPerception(msgspec.Struct, frozen=True):
         """Without those who are not seen because all beams pass over them, as `ObjectTracker` says."""
         return self.tracker.without_below(state)
 
+    def people_below(self, state: ObjectTrackerState, pose_map: Pose2) -> np.ndarray:
+        """(n, 3) of those and who may soon be, as `ObjectTracker` says."""
+        return self.tracker.people_below(state, pose_map)
+
+    def with_below(
+        self, state: ObjectTrackerState, people_base: np.ndarray, pose_map: Pose2
+    ) -> ObjectTrackerState:
+        """With people of whom an earlier worker knew, as `ObjectTracker` says."""
+        return self.tracker.with_below(state, people_base, pose_map)
+
     def _with_visible_heights(
         self, seen: SeenObjects, points: np.ndarray, heights: PointHeights
     ) -> SeenObjects:

@@ -10,13 +10,15 @@ import numpy as np
 
 from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transform_points
 from vehicle_agent.perception.tracking.motion import PX, TURN, VX, Z_VAR, ZVX, ZX
-from vehicle_agent.perception.tracking.params import TrackerParams
-from vehicle_agent.perception.tracking.tracks import TrackTable
+from vehicle_agent.perception.tracking.params import EVIDENCE_MAX, TrackerParams
+from vehicle_agent.perception.tracking.tracks import TrackTable, no_tracks
 from vehicle_agent.signals import PEDESTRIAN
 from vehicle_agent.signals.objects import SeenObjects
 
 # Standard deviations of the place and velocity of who is not seen, m and m/s.
 _PLACE_STD_M, _VELOCITY_STD_MPS = 0.4, 0.6
+# They may have taken a step either way, and no more: else they would be seen.
+_SOMEWHERE_THERE = np.diag([_PLACE_STD_M**2] * 2 + [_VELOCITY_STD_MPS**2] * 2 + [0.0])
 # Who leaves is seen so far outside the area, and beside the body so far behind its beginning, m.
 _BOUNDS_M, _BEHIND_M = 1.0, 3.0
 
@@ -64,19 +66,50 @@ def mark_below(
 
     kinds, is_hit (n,) of the tracks. Only the top was seen of them last, in the area or on their way into it.
     """
+    tracks.is_below[:] = ~is_hit & may_be_below(tracks, kinds, pose_map, area, params)
+    rows = np.flatnonzero(tracks.is_below)
+    tracks.means[rows, :, VX:TURN] *= params.below_drift
+    tracks.means[rows, :, TURN] = 0.0
+    tracks.covariances[rows] = _SOMEWHERE_THERE
+
+
+def may_be_below(
+    tracks: TrackTable, kinds: IntArray, pose_map: Pose2, area: FrontArea, params: TrackerParams
+) -> BoolArray:
+    """(n,) who is below the beams, or may be in the next scan: so far the top of them is seen."""
     places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
-    tracks.is_below[:] = (
-        ~is_hit
-        & tracks.is_confirmed
+    may_be: BoolArray = (
+        tracks.is_confirmed
         & (kinds == PEDESTRIAN)
         & area.contains(places)
         & (tracks.visible_m <= params.top_only_m)
     )
-    rows = np.flatnonzero(tracks.is_below)
-    tracks.means[rows, :, VX:TURN] *= params.below_drift
-    tracks.means[rows, :, TURN] = 0.0
-    # They may have taken a step either way, and no more: else they would be seen.
-    tracks.covariances[rows] = np.diag([_PLACE_STD_M**2] * 2 + [_VELOCITY_STD_MPS**2] * 2 + [0.0])
+    return may_be
+
+
+def at_rest(tracks: TrackTable) -> TrackTable:
+    """The same people where they were last, after a time in which nobody looked."""
+    tracks = tracks.copied()
+    tracks.means[:, :, VX:] = 0.0
+    tracks.covariances[:] = _SOMEWHERE_THERE
+    return tracks
+
+
+def remembered(people_map: Array, first_id: int, params: TrackerParams) -> TrackTable:
+    """Tracks of people (n, 3) x, y and diameter, of whom an earlier tracker knew that they may be below."""
+    tracks = no_tracks(len(people_map))
+    tracks.ids[:] = first_id + np.arange(len(people_map))
+    tracks.means[:, :, PX:VX] = people_map[:, None, :2]
+    tracks.covariances[:] = _SOMEWHERE_THERE
+    tracks.weights[:] = 0.5
+    tracks.evidence[:] = -EVIDENCE_MAX
+    tracks.evidence[:, PEDESTRIAN] = 0.0
+    tracks.sizes_m[:, :2], tracks.sizes_m[:, 2] = people_map[:, 2:], params.top_only_m
+    tracks.ages[:] = tracks.hits[:] = params.confirm_hits
+    tracks.is_confirmed[:] = True
+    tracks.begins_map[:] = people_map[:, :2]
+    tracks.visible_m[:] = 0.0
+    return tracks
 
 
 def found_again(

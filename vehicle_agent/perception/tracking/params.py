@@ -56,7 +56,7 @@ class TrackerParams(NamedTuple):
                      is left after each scan
     below_reach_m, below_mps  who appears at the area's bounds without a track is them, if no farther away
                      than below_reach_m and this speed times the time unseen
-    gap_s_max        after a longer gap all tracks end
+    gap_s_max        after a longer gap all tracks end but those of people below the beams
     """
 
     motions: tuple[KindMotion, ...] = ()

@@ -10,8 +10,11 @@ from vehicle_agent.perception.tracking.association import associate
 from vehicle_agent.perception.tracking.below_beams import (
     NO_AREA,
     FrontArea,
+    at_rest,
     found_again,
     mark_below,
+    may_be_below,
+    remembered,
     restart,
 )
 from vehicle_agent.perception.tracking.motion import (
@@ -84,16 +87,17 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         if state.stamp_ns and seen.stamp_ns <= state.stamp_ns:
             return percept_of_tracks(state.tracks, state.stamp_ns, pose_map, params), state
         dt_s = (seen.stamp_ns - state.stamp_ns) * 1e-9 if state.stamp_ns else 0.0
-        tracks = state.tracks.copied() if dt_s <= params.gap_s_max else no_tracks()
+        is_gap = dt_s > params.gap_s_max
+        tracks = at_rest(self._below(state, pose_map)) if is_gap else state.tracks.copied()
         seen = _finite(seen)
         measured = self._measured(seen, pose_map)
         viewpoint = transform_points(pose_map, np.array([[self.viewpoint_x_m, 0.0]]))[0]
-        if len(tracks):
+        if len(tracks) and not is_gap:
             noise = np.array([(m.accel_mps2, m.turn_radps2) for m in params.motions]).transpose(0, 2, 1)
             kinds = kinds_of(tracks)
             predict(tracks.means, tracks.covariances, tracks.weights, noise[kinds], params.stay, dt_s)
         else:
-            kinds = np.empty(0, np.int64)
+            kinds = kinds_of(tracks)
         yaws = seen.poses_base[:, 2] + pose_map.yaw_rad
         is_part = self._face(tracks, seen, measured, yaws, viewpoint)
         measured[seen.fitted() & ~is_part, Z_VAR] = params.fitted_std_m**2
@@ -115,6 +119,28 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     def without_below(self, state: ObjectTrackerState) -> ObjectTrackerState:
         """Without those who were below the beams in the last scan: an operator has looked."""
         return msgspec.structs.replace(state, tracks=state.tracks.selected(~state.tracks.is_below))
+
+    def people_below(self, state: ObjectTrackerState, pose_map: Pose2) -> Array:
+        """(n, 3) x, y (base frame) and diameter of who is below the beams or may soon be.
+
+        What another tracker has to know that goes on in this one's place: `with_below`.
+        """
+        tracks = self._below(state, pose_map)
+        places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
+        return np.column_stack((places, tracks.sizes_m[:, :2].mean(axis=1))).reshape(-1, 3)
+
+    def with_below(
+        self, state: ObjectTrackerState, people_base: Array, pose_map: Pose2
+    ) -> ObjectTrackerState:
+        """With these people (n, 3), of whom `people_below` of an earlier tracker told, at rest."""
+        people = np.column_stack((transform_points(pose_map, people_base[:, :2]), people_base[:, 2]))
+        tracks = state.tracks.with_rows(remembered(people, state.next_id, self.params))
+        return ObjectTrackerState(state.stamp_ns, state.next_id + len(people), tracks)
+
+    def _below(self, state: ObjectTrackerState, pose_map: Pose2) -> TrackTable:
+        tracks = state.tracks
+        may_be = may_be_below(tracks, kinds_of(tracks), pose_map, self.below_beams, self.params)
+        return tracks.selected(may_be)
 
     def _measured(self, seen: SeenObjects, pose_map: Pose2) -> Array:
         """(m, 6) the objects as measurements in the map frame."""

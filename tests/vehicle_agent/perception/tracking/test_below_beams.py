@@ -121,16 +121,41 @@ def test_whoever_stands_there_for_minutes_is_not_forgotten() -> None:
     assert len(scene.nothing(3000).ids) == 1
 
 
+@pytest.mark.parametrize("visible_m", [0.05, 0.3])
+def test_whoever_stands_there_is_not_forgotten_while_no_scan_comes(visible_m: float) -> None:
+    scene = Scene()
+    number = scene.comes_up(visible_m).ids.tolist()
+    scene.number += 100
+    percept = scene.nothing(50)
+    assert percept.ids.tolist() == number
+    assert percept.poses_base[0, :2] == pytest.approx((BUMPER_M + 0.5, -0.4), abs=0.3)
+    scene.number += 100
+    for k in range(5):
+        percept = scene.scan((BUMPER_M + 0.5, 1.4 + 0.1 * k), 1.2)
+    assert percept.ids.tolist() == number, "who has stepped aside meanwhile is them"
+
+
+def test_who_was_seen_from_head_to_foot_is_forgotten_while_no_scan_comes() -> None:
+    scene = Scene()
+    scene.comes_up(1.2)
+    scene.number += 100
+    assert len(scene.nothing(1).ids) == 0
+
+
+def roof_worker() -> TracksWorker:
+    return TracksWorker(
+        PointPerception(
+            PointGrid(2.4, BUMPER_M, 0.85, 0.82),
+            tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
+        )
+    )
+
+
 class RoofLidarDrive:
     """Under one lidar on the roof: a child of 1.2 m comes up to it, and is below all beams from 7 m on."""
 
     def __init__(self, waved_on_ns: int = 0) -> None:
-        self.worker = TracksWorker(
-            PointPerception(
-                PointGrid(2.4, BUMPER_M, 0.85, 0.82),
-                tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
-            )
-        )
+        self.worker = roof_worker()
         self.number, self.waved_on_ns = 0, waved_on_ns
         self.shown = [len(self.scan(max(5.0, 10.0 - 0.1 * k)).ids) for k in range(1, 90)]
 
@@ -146,6 +171,37 @@ class RoofLidarDrive:
 
 def test_a_child_before_the_bumper_is_not_forgotten_by_the_whole_chain() -> None:
     assert RoofLidarDrive().shown[-1] == 1
+
+
+def test_a_worker_that_goes_on_in_the_place_of_another_knows_who_stands_there() -> None:
+    drive = RoofLidarDrive(waved_on_ns=42)
+    below = drive.worker.below_beams()
+    drive.worker = roof_worker()
+    assert len(drive.scan(5.0).ids) == 0, "it cannot see them"
+    drive.worker = roof_worker()
+    drive.worker.remember(below)
+    assert [len(drive.scan(5.0).ids) for _ in range(100)] == [1] * 100
+    assert drive.scan(5.0).poses_base[0, :2] == pytest.approx(below.people_base[0][:2], abs=0.1)
+    drive.waved_on_ns = 43
+    assert len(drive.scan(5.0).ids) == 0
+
+
+def test_an_operator_who_has_looked_while_no_worker_ran_is_believed() -> None:
+    drive = RoofLidarDrive()
+    below = drive.worker.below_beams()
+    drive.worker, drive.waved_on_ns = roof_worker(), 42
+    drive.worker.remember(below)
+    assert len(drive.scan(5.0).ids) == 0
+
+
+def test_who_is_seen_from_head_to_foot_is_not_handed_over() -> None:
+    drive = RoofLidarDrive()
+    assert drive.worker.below_beams().people_base
+    drive.waved_on_ns = 42
+    drive.scan(5.0)
+    for k in range(20):
+        drive.scan(12.0 - 0.05 * k)
+    assert drive.worker.below_beams().people_base == ()
 
 
 def test_an_operator_who_has_looked_and_waves_it_on_ends_the_wait_for_whoever_is_not_seen() -> None:

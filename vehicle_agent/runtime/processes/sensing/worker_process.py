@@ -8,10 +8,12 @@ from types import FrameType
 import structlog
 
 from vehicle_agent.device_feed import DatagramPort, DeviceFeedError, ScanReady, ScanRing
+from vehicle_agent.perception.own_tracks import TracksWorker
 from vehicle_agent.perception.people_worker import PeopleWorker
 from vehicle_agent.perception.worker import PerceptionWorker
 from vehicle_agent.runtime.processes.clock import Clock
 from vehicle_agent.runtime.processes.mailbox import Deliveries, Delivery, Mailbox, TickMotion
+from vehicle_agent.runtime.processes.sensing.below_memory import BelowMemory
 from vehicle_agent.runtime.processes.sensing.people_feed import PeopleFeed
 
 log = structlog.get_logger()
@@ -49,6 +51,9 @@ class _Feed:
         self.mailbox = Mailbox(vehicle.mail / "worker")
         self._ring: ScanRing | None = None
         self._left_out = 0
+        self._below = BelowMemory(vehicle.vehicle_id, vehicle.mail)
+        if isinstance(vehicle.perception, TracksWorker):
+            self._below.bring(vehicle.perception)
         self.people: PeopleFeed | None = None
         if isinstance(vehicle.perception, PeopleWorker):
             self.people = PeopleFeed(vehicle.vehicle_id, vehicle.perception, vehicle.scan_ring)
@@ -85,6 +90,8 @@ class _Feed:
         # The gate gets percepts directly, so that an error of the tick does not reach it.
         for reader in ("tick", "gate"):
             self.mailbox.post(self.vehicle.mail / reader, deliveries)
+        if isinstance(self.vehicle.perception, TracksWorker):
+            self._below.keep(self.vehicle.perception)
         # After the obstacles, which are waited for more urgently.
         signs = self.vehicle.perception.signs(rows, ready.stamp_ns)
         if signs:
