@@ -28,7 +28,7 @@ class PeopleMet:
 
     @property
     def per_100m2(self) -> float:
-        """Mean of the drive. People gather about a vehicle that stands among them."""
+        """Mean of the drive: less than a crowd's density where nobody is at first, and where the body is."""
         return float(self.people.mean()) if len(self.people) else 0.0
 
     @property
