@@ -10,15 +10,13 @@ care costs: `speed_at_step_mps` is that of the vehicle when people set off, `mea
 """
 
 import argparse
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.reporting.report import Row, RunReport
-from campusloop.campaigns.campaign import CampaignError
-from campusloop.campaigns.choice import open_campaign
+from benchmarks.reporting.workers import add_worker_arguments, worker_campaign
 from campusloop.scenes.drive import SceneDrive
 from campusloop.scenes.stacks import perceiving, profile_of
 from campusloop.scenes.stepping_in import stepping_in_scene, steps_in
@@ -89,21 +87,15 @@ def main() -> None:
     jobs = [SteppingInDrive(stack, seed, own) for stack in stacks for seed in seeds]
     print(f"seeds {seeds.start} to {seeds.stop - 1}", flush=True)
     rows: list[Row] = []
-    # A local worker takes no other core than its own.
-    cores = sorted(os.sched_getaffinity(0))[: arguments.workers]
-    os.sched_setaffinity(0, cores)
-    try:
-        with open_campaign(arguments.cluster, len(cores)) as campaign:
-            workers = campaign.size
-            for row in campaign.run(drive, jobs):
-                rows.append(row)
-                print(
-                    f"{row['stack']} seed {row['seed']}: {row['contacts']} contacts, {row['steps']} people,"
-                    f" {row['driven_m']:.0f} m in {row['time_s']:.0f} s",
-                    flush=True,
-                )
-    except CampaignError as error:
-        raise SystemExit(f"cannot drive: {error}") from error
+    with worker_campaign(arguments) as campaign:
+        workers = campaign.size
+        for row in campaign.run(drive, jobs):
+            rows.append(row)
+            print(
+                f"{row['stack']} seed {row['seed']}: {row['contacts']} contacts, {row['steps']} people,"
+                f" {row['driven_m']:.0f} m in {row['time_s']:.0f} s",
+                flush=True,
+            )
     values: dict[str, float | int | str | bool | None] = {
         "runs": arguments.runs,
         "stacks": arguments.stacks,
@@ -120,8 +112,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--runs", type=int, default=20, help="of each stack, each with four people")
     parser.add_argument("--stacks", default="snow_lion", help="with commas between")
     parser.add_argument("--seed", type=int, default=1, help="of the first run; the next has the next")
-    parser.add_argument("--workers", type=int, default=1, help="processes; each takes a core")
-    parser.add_argument("--cluster", help="Dask scheduler (tcp://HOST:8786) whose workers drive instead")
+    add_worker_arguments(parser)
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument(
         "--perception",

@@ -12,7 +12,6 @@ fewer, since it begins with nobody near and its body takes some of the ground.
 """
 
 import argparse
-import os
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,7 @@ import numpy as np
 from benchmarks.monte_carlo.drives import MonteCarloDrive, drive, sources
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
-from campusloop.campaigns.campaign import CampaignError
-from campusloop.campaigns.choice import open_campaign
+from benchmarks.reporting.workers import add_worker_arguments, worker_campaign
 from campusloop.scenes.random_crowds import DENSE_PER_100M2, SPARSE_PER_100M2
 from campusloop.scenes.stacks import profile_of
 from simulator.traffic.recordings import RecordingError
@@ -58,19 +56,11 @@ def main() -> None:
     ]
     print(f"seeds {first} to {first + arguments.runs - 1}", flush=True)
     rows: list[Row] = []
-    # A local worker takes no other core than its own.
-    cores = sorted(os.sched_getaffinity(0))[: arguments.workers]
-    os.sched_setaffinity(0, cores)
-    try:
-        with open_campaign(
-            arguments.cluster, len(cores), files=() if recordings is None else (recordings,)
-        ) as campaign:
-            workers = campaign.size
-            for row in campaign.run(drive, jobs):
-                rows.append(row)
-                print(_line(row), flush=True)
-    except CampaignError as error:
-        raise SystemExit(f"cannot drive: {error}") from error
+    with worker_campaign(arguments, files=() if recordings is None else (recordings,)) as campaign:
+        workers = campaign.size
+        for row in campaign.run(drive, jobs):
+            rows.append(row)
+            print(_line(row), flush=True)
     report.write(
         arguments.json,
         "monte_carlo",
@@ -147,8 +137,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--stacks", default="snow_lion,gem", help="with commas between")
     parser.add_argument("--seed", type=int, default=1, help="of the first run; the next has the next")
     parser.add_argument("--recordings", type=Path, help="folder of drone clips and obsmat files")
-    parser.add_argument("--workers", type=int, default=1, help="processes; each takes a core")
-    parser.add_argument("--cluster", help="Dask scheduler (tcp://HOST:8786) whose workers drive instead")
+    add_worker_arguments(parser)
     parser.add_argument("--json", type=Path, help="where to write the report")
     parser.add_argument("--traces", type=Path, help="folder for two CSV files a run")
     parser.add_argument(

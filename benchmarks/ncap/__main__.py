@@ -9,7 +9,6 @@ over --street-km of a street where people walk and stand beside the path.
 """
 
 import argparse
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,8 +17,7 @@ from rich.console import Console
 from benchmarks.ncap.drives import STREET_M, CellDrive, StreetDrive, StreetResult, drive_cell, drive_street
 from benchmarks.reporting.report import Row, RunReport
 from benchmarks.reporting.run_logs import add_log_arguments, log_choice
-from campusloop.campaigns.campaign import CampaignError
-from campusloop.campaigns.choice import open_campaign
+from benchmarks.reporting.workers import add_worker_arguments, worker_campaign
 from campusloop.commands.perceiving import tell_lacks
 from campusloop.scenes.protection.cells import cells
 from campusloop.scenes.stacks import perceiving
@@ -39,23 +37,17 @@ def main() -> None:
         raise SystemExit(f"cannot drive: {error}") from error
     rows: list[Row] = []
     driven: list[StreetResult] = []
-    # A local worker takes no other core than its own.
-    cores = sorted(os.sched_getaffinity(0))[: arguments.workers]
-    os.sched_setaffinity(0, cores)
-    try:
-        with open_campaign(arguments.cluster, len(cores)) as campaign:
-            workers = campaign.size
-            for row in campaign.run(drive_cell, jobs):
-                rows.append(row)
-                print(_line(row), flush=True)
-            for street, result in zip(streets, campaign.run(drive_street, streets), strict=True):
-                driven.append(result)
-                print(
-                    f"street {street.seed}: {result.hard_stops} hard stops in {result.driven_m:.0f} m",
-                    flush=True,
-                )
-    except CampaignError as error:
-        raise SystemExit(f"cannot drive: {error}") from error
+    with worker_campaign(arguments) as campaign:
+        workers = campaign.size
+        for row in campaign.run(drive_cell, jobs):
+            rows.append(row)
+            print(_line(row), flush=True)
+        for street, result in zip(streets, campaign.run(drive_street, streets), strict=True):
+            driven.append(result)
+            print(
+                f"street {street.seed}: {result.hard_stops} hard stops in {result.driven_m:.0f} m",
+                flush=True,
+            )
     report.write(
         arguments.json,
         "ncap",
@@ -133,8 +125,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--profile", type=Path, default=_PROFILE)
     parser.add_argument("--every", type=int, default=1, help="every Nth cell only")
     parser.add_argument("--street-km", type=float, default=10.0, help="driven for needless hard stops")
-    parser.add_argument("--workers", type=int, default=2, help="processes; each takes a core")
-    parser.add_argument("--cluster", help="Dask scheduler (tcp://HOST:8786) whose workers drive instead")
+    add_worker_arguments(parser, workers=2)
     parser.add_argument("--seed", type=int, default=1, help="of sensor noise")
     parser.add_argument(
         "--plants",
