@@ -137,7 +137,8 @@ def summary(rows: list[Row]) -> dict[str, float | int | None]:
         out[f"{stack}.human_contacts"] = int(sum(_number(row["human_contacts"]) for row in mine))
         out[f"{stack}.human_clearance_median_m"] = float(np.median(human_clear)) if human_clear else None
         for whose in ("", "human_"):
-            dense_m, dense_s = (sum(_number(row[f"{whose}dense_{unit}"]) for row in mine) for unit in "ms")
+            dense_m = sum(_number(row[f"{whose}dense_m"]) for row in mine)
+            dense_s = sum(_number(row[f"{whose}dense_s"]) for row in mine)
             out[f"{stack}.{whose}dense_mps"] = dense_m / dense_s if dense_s else None
             limits_m = sum(_number(row[f"{whose}dense_s"]) * _number(row["human_max_mps"]) for row in mine)
             out[f"{stack}.{whose}dense_speed_ratio"] = dense_m / limits_m if limits_m else None
