@@ -7,8 +7,8 @@ The crowd is reactive people of a random density, of whom some are inattentive, 
 A front contact while moving faster than 0.3 m/s is the shuttle's fault; others are counted separately. A
 stall is a stand of more than 20 s with a free corridor 1.5 widths wide past all people ahead. In sparse
 crowds (at most one person on 100 m2 of the path) and in dense ones (5 to 8) the mean speed is compared with
-that of the same drive without people. How many the vehicle had around it is counted as it drives: mostly
-fewer, since it begins with nobody near and its body takes some of the ground.
+that of the same drive without people. How many people are around the vehicle is counted as it drives. They
+are mostly fewer: a drive begins with nobody near, and the body takes some of the ground.
 """
 
 import argparse

@@ -28,7 +28,7 @@ class PeopleMet:
 
     @property
     def per_100m2(self) -> float:
-        """Mean of the drive: less than a crowd's density where nobody is at first, and where the body is."""
+        """Mean of the drive; the body takes some of the 100 m2."""
         return float(self.people.mean()) if len(self.people) else 0.0
 
     @property

@@ -92,12 +92,11 @@ class ObjectTracker(msgspec.Struct, frozen=True):
         seen = _finite(seen)
         measured = self._measured(seen, pose_map)
         viewpoint = transform_points(pose_map, np.array([[self.viewpoint_x_m, 0.0]]))[0]
+        kinds = kinds_of(tracks)
+        # Who was below the beams through a gap has taken a step at most, however long it was.
         if len(tracks) and not is_gap:
             noise = np.array([(m.accel_mps2, m.turn_radps2) for m in params.motions]).transpose(0, 2, 1)
-            kinds = kinds_of(tracks)
             predict(tracks.means, tracks.covariances, tracks.weights, noise[kinds], params.stay, dt_s)
-        else:
-            kinds = kinds_of(tracks)
         yaws = seen.poses_base[:, 2] + pose_map.yaw_rad
         is_part = self._face(tracks, seen, measured, yaws, viewpoint)
         measured[seen.fitted() & ~is_part, Z_VAR] = params.fitted_std_m**2

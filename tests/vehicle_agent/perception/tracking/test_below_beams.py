@@ -194,14 +194,11 @@ def test_an_operator_who_has_looked_while_no_worker_ran_is_believed() -> None:
     assert len(drive.scan(5.0).ids) == 0
 
 
-def test_who_is_seen_from_head_to_foot_is_not_handed_over() -> None:
-    drive = RoofLidarDrive()
-    assert drive.worker.below_beams().people_base
-    drive.waved_on_ns = 42
-    drive.scan(5.0)
-    for k in range(20):
-        drive.scan(12.0 - 0.05 * k)
-    assert drive.worker.below_beams().people_base == ()
+@pytest.mark.parametrize(("visible_m", "told"), [(0.05, 1), (0.3, 1), (1.2, 0)])
+def test_only_who_is_hardly_seen_is_handed_over(visible_m: float, told: int) -> None:
+    scene = Scene()
+    scene.comes_up(visible_m)
+    assert len(TRACKER.people_below(scene.state, HERE)) == told
 
 
 def test_an_operator_who_has_looked_and_waves_it_on_ends_the_wait_for_whoever_is_not_seen() -> None:

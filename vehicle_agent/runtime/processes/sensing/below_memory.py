@@ -20,15 +20,16 @@ _STEP_M = 0.1
 class BelowMemory:
     """Brings what the worker before knew into a new one, and keeps what this one knows."""
 
-    def __init__(self, vehicle_id: str, folder: Path) -> None:
-        """folder: of the vehicle's mailboxes."""
-        self._vehicle_id = vehicle_id
+    def __init__(self, vehicle_id: str, folder: Path, worker: TracksWorker) -> None:
+        """folder: of the vehicle's mailboxes. worker: before its first scan."""
+        self._vehicle_id, self._worker = vehicle_id, worker
         self._path = folder / "below_beams.json"
         self._kept = _known(BelowBeams())
         self._failed = False
+        self._bring()
 
-    def bring(self, worker: TracksWorker) -> None:
-        """Before the worker's first scan. A file that cannot be read is told of and left out."""
+    def _bring(self) -> None:
+        """A file that cannot be read is told of and left out."""
         try:
             below = msgspec.json.decode(self._path.read_bytes(), type=BelowBeams)
         except FileNotFoundError:
@@ -36,14 +37,14 @@ class BelowMemory:
         except (OSError, msgspec.DecodeError) as error:
             log.error("worker.memory_unreadable", vehicle_id=self._vehicle_id, error=str(error))
             return
-        worker.remember(below)
+        self._worker.remember(below)
         self._kept = _known(below)
         if below.people_base:
             log.warning("worker.remembers", vehicle_id=self._vehicle_id, people_below=len(below.people_base))
 
-    def keep(self, worker: TracksWorker) -> None:
+    def keep(self) -> None:
         """After each scan. A full disk stops no percepts: it is told of once, until a write works again."""
-        below = worker.below_beams()
+        below = self._worker.below_beams()
         known = _known(below)
         if known == self._kept:
             return

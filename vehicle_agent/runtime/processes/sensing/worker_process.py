@@ -51,9 +51,9 @@ class _Feed:
         self.mailbox = Mailbox(vehicle.mail / "worker")
         self._ring: ScanRing | None = None
         self._left_out = 0
-        self._below = BelowMemory(vehicle.vehicle_id, vehicle.mail)
+        self._below: BelowMemory | None = None
         if isinstance(vehicle.perception, TracksWorker):
-            self._below.bring(vehicle.perception)
+            self._below = BelowMemory(vehicle.vehicle_id, vehicle.mail, vehicle.perception)
         self.people: PeopleFeed | None = None
         if isinstance(vehicle.perception, PeopleWorker):
             self.people = PeopleFeed(vehicle.vehicle_id, vehicle.perception, vehicle.scan_ring)
@@ -90,8 +90,8 @@ class _Feed:
         # The gate gets percepts directly, so that an error of the tick does not reach it.
         for reader in ("tick", "gate"):
             self.mailbox.post(self.vehicle.mail / reader, deliveries)
-        if isinstance(self.vehicle.perception, TracksWorker):
-            self._below.keep(self.vehicle.perception)
+        if self._below is not None:
+            self._below.keep()
         # After the obstacles, which are waited for more urgently.
         signs = self.vehicle.perception.signs(rows, ready.stamp_ns)
         if signs:
