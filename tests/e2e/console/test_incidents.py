@@ -7,10 +7,10 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.conftest import OpenPage
+from tests.e2e.console.test_rides import book, look
 from tests.e2e.operator import sign_in
 from tests.e2e.scripted_shuttle import ScriptedShuttle
 from tests.e2e.server_process import ServerProcess
-from tests.e2e.test_console_rides import book, look
 
 pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.usefixtures("shuttle")]
 
