@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from campusloop.commands.bars import StageBars, stage_bars
+from campusloop.commands.workshop.bars import StageBars, stage_bars
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, WORKSHOP
 from campusloop.shipped import DEFAULT_MAP, PROFILES

@@ -17,7 +17,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from campusloop.commands.bars import StageBars, stage_bars
+from campusloop.commands.workshop.bars import StageBars, stage_bars
 
 console = Console(soft_wrap=True)
 

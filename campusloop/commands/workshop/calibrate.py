@@ -96,7 +96,7 @@ def _by_motion(
     scans: Path, inertial: str, lidar: str | None, lever_m: tuple[float, float, float] | None,
     out: Path, plots: Path | None,
 ) -> None:  # fmt: skip
-    from campusloop.commands.calibrate_motion import calibrate_by_motion
+    from campusloop.commands.workshop.calibrate_motion import calibrate_by_motion
 
     try:
         calibrate_by_motion(scans, inertial, lidar, lever_m, out, plots)

@@ -8,9 +8,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from campusloop.commands.bars import StageBars, stage_bars
 from campusloop.commands.localizing import POINT_MAPS
-from campusloop.commands.site_maps import make_parent
+from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.site_maps import make_parent
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import CLOUD_MAPPING, SIMULATOR
 from campusloop.shipped import DEFAULT_MAP

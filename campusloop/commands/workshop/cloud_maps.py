@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from campusloop.commands.bars import StageBars, stage_bars
+from campusloop.commands.workshop.bars import StageBars, stage_bars
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import CLOUD_MAPPING
 from contract.point_map.map_files import INDEX

@@ -8,8 +8,8 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from campusloop.commands.bars import StageBars, stage_bars
-from campusloop.commands.site_maps import make_parent
+from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.site_maps import make_parent
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import DETECTOR, SIMULATOR
 

@@ -1,4 +1,4 @@
-"""`campusloop workshop`: offline work on recorded sensor logs."""
+"""`campusloop workshop map`: a map of cells from a laser log, or of surfaces from lidar scans."""
 
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -8,30 +8,15 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from campusloop.commands.bars import StageBars, stage_bars
-from campusloop.commands.calibrate import calibrate_lidars
-from campusloop.commands.calibrate_camera import calibrate_camera
-from campusloop.commands.propose import propose_map
-from campusloop.commands.site_maps import check_empty, map_laser_site, survey_laser
-from campusloop.commands.survey import survey
-from campusloop.commands.train_detector import train_detector
+from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.site_maps import check_empty, map_laser_site
 
-app = typer.Typer(no_args_is_help=True)
 console = Console(soft_wrap=True)
 
 EXIT_BAD_INPUT = 2
 EXIT_NOT_WRITTEN = 3
 
 
-app.command("calibrate")(calibrate_lidars)
-app.command("calibrate-camera")(calibrate_camera)
-app.command("survey")(survey)
-app.command("survey-laser")(survey_laser)
-app.command("propose")(propose_map)
-app.command("train-detector")(train_detector)
-
-
-@app.command("map")
 def build_map(
     out: Annotated[Path, typer.Option(help="Folder for map, drive, report and picture.")],
     laser: Annotated[
@@ -66,7 +51,7 @@ def build_map(
     if laser is not None:
         map_laser_log(laser, out)
         return
-    from campusloop.commands.cloud_maps import NotWritten, RefusedInput, map_clouds
+    from campusloop.commands.workshop.cloud_maps import NotWritten, RefusedInput, map_clouds
 
     try:
         map_clouds(clouds or [], out, gnss, truth, road_map, lever)
