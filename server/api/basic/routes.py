@@ -15,7 +15,8 @@ from server.api.basic.html import FormContext, form_page, missing_page, ride_pag
 from server.api.basic.texts import Language, language_of, texts_of
 from server.api.commands import PassengerCommand, booking_key
 from server.api.formats import RideToken
-from server.api.rides.schemas import RideRequest, booking
+from server.api.rides.schemas import RideRequest
+from server.api.rides.views import booking
 from server.api.security.access import Client, now_ns
 from server.api.services import InjectedServices
 from server.domain.errors import DestinationRefused, DomainError, RideEnded, RideUnknown

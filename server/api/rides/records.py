@@ -16,6 +16,8 @@ from server.api.rides.schemas import (
     RideEventView,
     RideRecord,
     RideRequest,
+)
+from server.api.rides.views import (
     alternative_view,
     booking,
     decision_view,

@@ -20,13 +20,8 @@ from server.api.rides.schemas import (
     RideTicket,
     RideView,
     TapView,
-    booking,
-    feedback_view,
-    offer_view,
-    ride_ticket,
-    ride_view,
-    tap_view,
 )
+from server.api.rides.views import booking, feedback_view, offer_view, ride_ticket, ride_view, tap_view
 from server.api.security.access import (
     Client,
     OptionalDeveloper,

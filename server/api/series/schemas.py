@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from pydantic.config import JsonDict
 
 from server.api.formats import StopId
-from server.api.rides.schemas import RideTicket, ride_ticket
+from server.api.rides.schemas import RideTicket
+from server.api.rides.views import ride_ticket
 from server.api.service.schemas import Weekday
 from server.domain.rides.rides import RideSource
 from server.domain.rides.series import (

@@ -18,7 +18,8 @@ from server.api.formats import StopId, VehicleId
 from server.api.interventions.schemas import HoldSeconds
 from server.api.paging import ListLimit, Page, paged
 from server.api.problems import problems
-from server.api.rides.schemas import RideRecord, ride_record
+from server.api.rides.schemas import RideRecord
+from server.api.rides.views import ride_record
 from server.api.security.access import (
     DRIVER_REFUSALS,
     OPERATOR_REFUSALS,
