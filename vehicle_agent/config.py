@@ -36,14 +36,24 @@ class Body(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Limits of autonomous driving."""
+    """Limits of autonomous driving.
+
+    accel_mps2_top  of accelerations planned at speed_mps_max, where a motor gives less; from accel_mps2_max
+                    at rest it falls linearly with the speed. None: the same at every speed
+    """
 
     speed_mps_max: float = 3.0
     accel_mps2_max: float = 0.8
+    accel_mps2_top: float | None = None
     decel_mps2_comfort: float = 0.8
     decel_mps2_max: float = 5.6
     steer_rate_radps_max: float = 0.6
     lateral_accel_mps2_max: float = 0.5
+
+    def __post_init__(self) -> None:
+        """ValueError for a drive that accelerates more at speed than at rest, or not at all there."""
+        if self.accel_mps2_top is not None and not 0.0 < self.accel_mps2_top <= self.accel_mps2_max:
+            raise ValueError("accel_mps2_top must be above 0 and at most accel_mps2_max")
 
 
 class LidarMount(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -320,7 +330,8 @@ def profile_toml(profile: Profile) -> str:
     for name, values in sections.items():
         if isinstance(values, dict):
             lines += ["", f"[{name}]"]
-            lines += [f"{key} = {_toml(value)}" for key, value in values.items()]
+            # TOML has no null: what has no value is left out, as in a file written by hand.
+            lines += [f"{key} = {_toml(value)}" for key, value in values.items() if value is not None]
     return "\n".join(lines) + "\n"
 
 

@@ -3,12 +3,30 @@ from pathlib import Path
 import msgspec
 import pytest
 
+import vehicle_agent
 from vehicle_agent.config import Profile, ProfileError, load_profile, profile_toml
+
+PROFILES = Path(vehicle_agent.__file__).parent / "profiles"
 
 
 def test_a_written_profile_is_read_as_it_was(tmp_path: Path) -> None:
     response = msgspec.structs.replace(Profile().response, steer_bias_rad=-0.0123, brake_gain=0.31)
     profile = msgspec.structs.replace(Profile(), name='a "quoted" name', response=response)
+    path = tmp_path / "profile.toml"
+    path.write_text(profile_toml(profile), encoding="utf-8")
+    assert load_profile(path) == profile
+
+
+def test_a_drive_that_gives_more_at_speed_than_from_rest_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "profile.toml"
+    path.write_text("[limits]\naccel_mps2_max = 0.8\naccel_mps2_top = 0.9\n", encoding="utf-8")
+    with pytest.raises(ProfileError, match="accel_mps2_top"):
+        load_profile(path)
+
+
+@pytest.mark.parametrize("shipped", sorted(PROFILES.glob("*.toml")), ids=lambda path: path.stem)
+def test_a_shipped_profile_is_written_as_it_was_read(tmp_path: Path, shipped: Path) -> None:
+    profile = load_profile(shipped)
     path = tmp_path / "profile.toml"
     path.write_text(profile_toml(profile), encoding="utf-8")
     assert load_profile(path) == profile

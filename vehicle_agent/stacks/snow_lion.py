@@ -3,7 +3,7 @@
 from contract.roads.model import RoadMap
 from contract.roads.network import RoadNetwork
 from vehicle_agent.can.by_wire import codec_of
-from vehicle_agent.config import Profile
+from vehicle_agent.config import Limits, Profile
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
 from vehicle_agent.perception.tracks import TrackingPerception
@@ -87,9 +87,16 @@ def motion_params(profile: Profile) -> MotionParams:
     driving = DrivingLimits(
         speed_mps_max=limits.speed_mps_max,
         accel_mps2_max=limits.accel_mps2_max,
+        accel_fade_1ps=_accel_fade_1ps(limits),
         decel_mps2_comfort=limits.decel_mps2_comfort,
         jerk_mps3_max=profile.driving.jerk_mps3_max,
         lateral_accel_mps2_max=limits.lateral_accel_mps2_max,
         hard_decel_mps2=0.9 * limits.decel_mps2_max,
     )
     return MotionParams(vehicle=vehicle, limits=driving, law=ClearanceLaw(speed_mps_max=limits.speed_mps_max))
+
+
+def _accel_fade_1ps(limits: Limits) -> float:
+    if limits.accel_mps2_top is None:
+        return 0.0
+    return (limits.accel_mps2_max - limits.accel_mps2_top) / limits.speed_mps_max

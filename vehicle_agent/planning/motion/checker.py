@@ -79,7 +79,7 @@ def _bounds(
     decel = limits.hard_decel_mps2 if emergency else limits.decel_mps2_max
     jerk_max = limits.hard_jerk_mps3 if emergency else limits.jerk_mps3_max
     # A start outside the bounds has to come back to them, about as fast as the jerk allows.
-    high = np.maximum(limits.accel_mps2_max, a0 - 0.8 * jerk_max * t)
+    high = np.maximum(limits.accel_mps2_max - limits.accel_fade_1ps * v, a0 - 0.8 * jerk_max * t)
     low = np.minimum(-decel, a0 + 0.8 * jerk_max * t)
     rise = max(a0, 0.0) ** 2 / (2.0 * limits.jerk_mps3_max)
     delay = max(a0, 0.0) / limits.jerk_mps3_max + 1.5

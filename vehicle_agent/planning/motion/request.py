@@ -56,6 +56,7 @@ class Vehicle(msgspec.Struct, frozen=True):
 class DrivingLimits(msgspec.Struct, frozen=True):
     """Limits of the motion; decelerations are positive.
 
+    accel_fade_1ps      by so much the largest acceleration falls for each 1 m/s; at rest it is accel_mps2_max
     decel_mps2_comfort  before limits and stops that are known of
     decel_mps2_max      the hard bound of an ordinary plan
     hard_decel_mps2     of the emergency braking profile alone, together with hard_jerk_mps3
@@ -63,6 +64,7 @@ class DrivingLimits(msgspec.Struct, frozen=True):
 
     speed_mps_max: float = 4.17
     accel_mps2_max: float = 1.0
+    accel_fade_1ps: float = 0.0
     decel_mps2_comfort: float = 0.8
     decel_mps2_max: float = 1.8
     jerk_mps3_max: float = 1.7

@@ -41,12 +41,16 @@ class SpeedWeights(msgspec.Struct, frozen=True):
 
 
 class SpeedBounds(msgspec.Struct, frozen=True):
-    """Hard bounds; decelerations are positive. A start above the limit comes down at the comfortable one."""
+    """Hard bounds; decelerations are positive. A start above the limit comes down at the comfortable one.
+
+    accel_fade_1ps  by so much the largest acceleration falls for each 1 m/s; at rest it is accel_mps2_max
+    """
 
     accel_mps2_max: float
     decel_mps2_comfort: float
     decel_mps2_max: float
     jerk_mps3_max: float
+    accel_fade_1ps: float = 0.0
 
 
 class SpeedCorridor(msgspec.Struct, frozen=True):
@@ -109,20 +113,20 @@ class _Form(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def _form(n: int, dt: float, weights: SpeedWeights) -> _Form:
+def _form(n: int, dt: float, weights: SpeedWeights, accel_fade_1ps: float) -> _Form:
     per_second = [0.0, weights.speed, weights.accel, weights.jerk]
     beyond = [weights.hard, weights.soft, weights.hard, weights.limit]
     quadratic = 2.0 * dt * np.repeat(per_second + beyond, n)
     quadratic[:n] = 1e-6
     linear = dt * np.repeat([0.0] * 4 + beyond, n)
     cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
-    equal, below = _rows(n, dt, weights.gap_s)
+    equal, below = _rows(n, dt, weights.gap_s, accel_fade_1ps)
     return _Form(
         cost, linear, equal, below, np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)
     )
 
 
-def _rows(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
+def _rows(n: int, dt: float, gap_s: float, accel_fade_1ps: float) -> tuple[csc_matrix, csc_matrix]:
     """Equality rows and inequality rows; gaps and slopes keep their places in the pattern."""
     rows: list[tuple[int, int, float]] = []
     for k in range(n):
@@ -140,8 +144,9 @@ def _rows(n: int, dt: float, gap_s: float) -> tuple[csc_matrix, csc_matrix]:
         rows += [(n + k, k, 1.0), (n + k, n + k, gap_s), (n + k, 5 * n + k, -1.0)]
         rows += [(2 * n + k, k, 1.0), (2 * n + k, 6 * n + k, 1.0)]
         rows += [(3 * n + k, n + k, 1.0), (3 * n + k, k, _SLOPE), (3 * n + k, 7 * n + k, -1.0)]
+        rows += [(4 * n + k, 2 * n + k, 1.0), (4 * n + k, n + k, accel_fade_1ps)]
     i, j_, x = (np.array(column) for column in zip(*rows, strict=True))
-    below = csc_matrix((x, (i, j_)), shape=(4 * n, 8 * n))
+    below = csc_matrix((x, (i, j_)), shape=(5 * n, 8 * n))
     below.sort_indices()
     return equal, below
 
@@ -237,13 +242,17 @@ def solve_speed(
     `brake_envelope` does. A start that brakes harder than allowed may release the brake at the jerk bound.
     """
     n = len(corridor.high_m)
-    form = _form(n, dt_s, weights)
+    form = _form(n, dt_s, weights, bounds.accel_fade_1ps)
     linear = form.linear.copy()
     linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.desired_mps
     below = form.below.copy()
     below.data[form.gaps], below.data[form.slopes] = corridor.gap_s, -corridor.slope_1ps
+    envelope = brake_from(start, bounds.decel_mps2_comfort, bounds.jerk_mps3_max, dt_s, n)
     lower, upper = _corridor_rows(corridor)
-    x_l, x_u = _variable_bounds(n, start, bounds, speed_mps_max, dt_s)
+    # A start that accelerates more than allowed at its speed comes down as fast as the jerk allows.
+    faded = np.maximum(bounds.accel_mps2_max, envelope[1:, 2] + bounds.accel_fade_1ps * envelope[1:, 1])
+    lower, upper = np.append(lower, np.full(n, -_INF)), np.append(upper, faded + 1e-6)
+    x_l, x_u = _variable_bounds(n, start, bounds, speed_mps_max, dt_s, envelope)
     solver = _solver()
     right = _start_rows(n, start, dt_s)
     solver.setup(form.cost, linear, form.equal, right, below, lower, upper, x_l, x_u)
@@ -264,12 +273,11 @@ def solve_speed(
 
 
 def _variable_bounds(
-    n: int, start: SpeedStart, bounds: SpeedBounds, speed_mps_max: float, dt_s: float
+    n: int, start: SpeedStart, bounds: SpeedBounds, speed_mps_max: float, dt_s: float, envelope: Array
 ) -> tuple[Array, Array]:
     """((8 n,), (8 n,)) of u, v, a, jerk and the four excesses."""
     t = dt_s * np.arange(1, n + 1)
     jerk = bounds.jerk_mps3_max
-    envelope = brake_from(start, bounds.decel_mps2_comfort, jerk, dt_s, n)
     coasting = np.maximum(start.accel_mps2 - jerk * t, 0.0)
     v_max = np.maximum(speed_mps_max, envelope[1:, 1] + 0.05)
     x_l = np.full(8 * n, 0.0)

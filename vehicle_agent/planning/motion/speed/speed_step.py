@@ -91,7 +91,11 @@ def plan_speed(
     occupancy = project_agents(samples, moving, len(request.agents.ids), params.projection)
     graph = _graph(request, params, occupancy)
     bounds = SpeedBounds(
-        limits.accel_mps2_max, limits.decel_mps2_comfort, limits.decel_mps2_max, limits.jerk_mps3_max
+        limits.accel_mps2_max,
+        limits.decel_mps2_comfort,
+        limits.decel_mps2_max,
+        limits.jerk_mps3_max,
+        limits.accel_fade_1ps,
     )
     start = started(v0, a0, request.start.held_jerk_mps3, bounds, params.knot_s)
     clearance_limit = _clearance_limit(params, occupancy, samples.u_m, start)

@@ -44,9 +44,13 @@ class SearchGrid(NamedTuple):
 
 
 class SearchMotion(NamedTuple):
-    """The accelerations (c,) to choose from, the hardest braking first, and what bounds and prices them."""
+    """The accelerations (c,) to choose from, the hardest braking first, and what bounds and prices them.
+
+    fade_1pmps  by so much of itself an acceleration falls for each 1 m/s; it is `accels_mps2` at rest
+    """
 
     accels_mps2: Array
+    fade_1pmps: float
     jerk_mps3_max: float
     decel_mps2_comfort: float
     decel_mps2_max: float
@@ -86,7 +90,10 @@ def search(
         [choices * limits.decel_mps2_max, [0.0, 0.5 * limits.accel_mps2_max, limits.accel_mps2_max]]
     )
     grid = SearchGrid(penalty, np.ascontiguousarray(limit), spacing, graph.dt_s)
-    motion = SearchMotion(accels, limits.jerk_mps3_max, limits.decel_mps2_comfort, limits.decel_mps2_max)
+    fade_1pmps = limits.accel_fade_1ps / limits.accel_mps2_max
+    motion = SearchMotion(
+        accels, fade_1pmps, limits.jerk_mps3_max, limits.decel_mps2_comfort, limits.decel_mps2_max
+    )
     u, v, nodes, found = search_kernel(grid, motion, v0_mps, a0_mps2, nodes_max)
     return StSearchResult(u, v, nodes, found)
 
@@ -167,6 +174,8 @@ def _expand(
         u0, v0, a0 = nodes[i, _U], nodes[i, _V], nodes[i, _A]
         for c in range(accels.shape[0]):
             a = accels[c]
+            if a > 0.0:
+                a *= max(1.0 - motion.fade_1pmps * v0, 0.0)
             if not _can_follow(a, a0, v0, bounds, grid.dt_s):
                 continue
             u, v, cost = u0, v0, nodes[i, _COST] + 0.03 * (a - a0) ** 2

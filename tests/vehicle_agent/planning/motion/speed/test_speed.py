@@ -1,5 +1,6 @@
 """Speed limits, who goes first, and the speed program."""
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -24,6 +25,7 @@ from vehicle_agent.planning.motion.speed.st_search import search
 
 LIMITS = DrivingLimits()
 BOUNDS = SpeedBounds(1.0, 0.8, 1.8, 1.9)
+FADING = SpeedBounds(1.12, 0.8, 1.8, 1.7, 0.08)
 
 
 def a_corridor(
@@ -115,6 +117,42 @@ def test_the_corridor_is_kept_when_braking_can_keep_it(v0: float, a0: float) -> 
         started(v0, a0, None, BOUNDS, 0.2), a_corridor(needed[-1, 0] + 0.3), BOUNDS, 4.17, SpeedWeights(), 0.2
     )
     assert plan.excess_m < 0.02
+
+
+@settings(max_examples=60, deadline=None)
+@given(v0=st.floats(0.0, 5.6), a0=st.floats(-2.0, 1.5), high_m=st.floats(0.5, 60.0))
+@example(v0=4.0, a0=1.1, high_m=60.0)
+def test_less_is_accelerated_at_speed_than_from_rest(v0: float, a0: float, high_m: float) -> None:
+    plan = solve_speed(
+        started(v0, a0, None, FADING, 0.2), a_corridor(high_m), FADING, 4.17, SpeedWeights(), 0.2
+    )
+    assert plan.solved
+    # What the start has too much of is gone after a0 / jerk.
+    assert (plan.a_mps2[5:] <= 1.12 - 0.08 * plan.v_mps[5:] + 1e-3).all()
+
+
+def test_a_launch_uses_what_the_drive_gives() -> None:
+    road = a_corridor()
+    fading, flat = (
+        solve_speed(started(0.0, 0.0, None, bounds, 0.2), road, bounds, 4.17, SpeedWeights(), 0.2)
+        for bounds in (FADING, SpeedBounds(0.8, 0.8, 1.8, 1.7))
+    )
+    assert fading.a_mps2.max() > 1.0
+    assert fading.u_m[20] > flat.u_m[20] + 1.0
+
+
+def test_the_search_knows_that_less_is_accelerated_at_speed() -> None:
+    u = np.arange(0.0, 48.0, 0.25)
+    flat = DrivingLimits(accel_mps2_max=1.12)
+    reached = []
+    for limits in (flat, msgspec.structs.replace(flat, accel_fade_1ps=0.08)):
+        free = np.full((41, len(u)), 100.0)
+        way = search(a_graph(0.0, -1.0, 0, 0), u, np.full(len(u), 4.17), free, 2.0, 0.0, limits, 60_000)
+        steps = np.diff(way.v_mps) / 0.2
+        middle_mps = 0.5 * (way.v_mps[1:] + way.v_mps[:-1])
+        assert (steps <= limits.accel_mps2_max - limits.accel_fade_1ps * middle_mps + 0.05).all()
+        reached.append(way.u_m[10])
+    assert reached[1] < reached[0]
 
 
 def test_a_free_road_is_used_up_to_the_limit() -> None:
