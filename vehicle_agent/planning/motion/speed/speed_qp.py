@@ -29,6 +29,8 @@ class SpeedWeights(msgspec.Struct, frozen=True):
     hard corridor, beyond the soft corridor, and of 1 m/s above a limit of the place.
 
     gap_s  this many seconds' way stay free before the soft corridor's end, as a reserve
+    now, now_s  right now a second of (v - desired)^2 costs 1 + now times as much as one far ahead; the extra
+                falls with the time constant now_s
     """
 
     speed: float = 1.0
@@ -38,6 +40,16 @@ class SpeedWeights(msgspec.Struct, frozen=True):
     soft: float = 6.0
     limit: float = 100.0
     gap_s: float = 0.4
+    now: float = 3.0
+    now_s: float = 1.5
+
+    def urgency(self, knots: int, dt_s: float) -> Array:
+        """(knots,) from now on: what a second below the desired speed costs, relative to one far ahead.
+
+        So the vehicle brakes late: people may yet let it pass, and whom a vehicle slows down for walks first.
+        """
+        times_s: Array = dt_s * np.arange(knots, dtype=np.float64)
+        return 1.0 + self.now * np.exp(-times_s / self.now_s)
 
 
 class SpeedBounds(msgspec.Struct, frozen=True):
@@ -102,10 +114,12 @@ class _Form(NamedTuple):
 
     below   the inequality rows; the data at `gaps` and `slopes` (n,) are each program's own
     linear  (8 n,) the costs' linear part, without the desired speed
+    pull    (n,) the costs' linear part for each 1 m/s of the desired speed
     """
 
     cost: csc_matrix
     linear: Array
+    pull: Array
     equal: csc_matrix
     below: csc_matrix
     gaps: IntArray
@@ -118,12 +132,12 @@ def _form(n: int, dt: float, weights: SpeedWeights, accel_fade_1ps: float) -> _F
     beyond = [weights.hard, weights.soft, weights.hard, weights.limit]
     quadratic = 2.0 * dt * np.repeat(per_second + beyond, n)
     quadratic[:n] = 1e-6
+    quadratic[n : 2 * n] *= weights.urgency(n + 1, dt)[1:]
     linear = dt * np.repeat([0.0] * 4 + beyond, n)
     cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
     equal, below = _rows(n, dt, weights.gap_s, accel_fade_1ps)
-    return _Form(
-        cost, linear, equal, below, np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)
-    )
+    gaps, slopes = np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)
+    return _Form(cost, linear, -quadratic[n : 2 * n], equal, below, gaps, slopes)
 
 
 def _rows(n: int, dt: float, gap_s: float, accel_fade_1ps: float) -> tuple[csc_matrix, csc_matrix]:
@@ -244,7 +258,7 @@ def solve_speed(
     n = len(corridor.high_m)
     form = _form(n, dt_s, weights, bounds.accel_fade_1ps)
     linear = form.linear.copy()
-    linear[n : 2 * n] = -2.0 * weights.speed * dt_s * corridor.desired_mps
+    linear[n : 2 * n] = form.pull * corridor.desired_mps
     below = form.below.copy()
     below.data[form.gaps], below.data[form.slopes] = corridor.gap_s, -corridor.slope_1ps
     envelope = brake_from(start, bounds.decel_mps2_comfort, bounds.jerk_mps3_max, dt_s, n)

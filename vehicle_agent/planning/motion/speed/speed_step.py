@@ -99,8 +99,9 @@ def plan_speed(
     )
     start = started(v0, a0, request.start.held_jerk_mps3, bounds, params.knot_s)
     clearance_limit = _clearance_limit(params, occupancy, samples.u_m, start)
+    urgency = params.speed.urgency(len(clearance_limit), params.knot_s)
     way = st_search.search(
-        graph, samples.u_m, place.speed_mps, clearance_limit, v0, a0, limits, params.nodes_max
+        graph, samples.u_m, place.speed_mps, clearance_limit, v0, a0, limits, urgency, params.nodes_max
     )
     room = st_graph.corridor(graph, way.u_m)
     knot_limits = _KnotLimits(samples.u_m, place.speed_mps, clearance_limit)

@@ -35,10 +35,12 @@ class SearchGrid(NamedTuple):
 
     penalty    (K, cells) cost per second of being there: inf in an occupied cell
     limit_mps  (K, cells) the speed that is allowed there
+    urgency    (K,) what a second below the desired speed costs then, relative to one far ahead
     """
 
     penalty: Array
     limit_mps: Array
+    urgency: Array
     spacing_m: float
     dt_s: float
 
@@ -73,12 +75,13 @@ def search(
     v0_mps: float,
     a0_mps2: float,
     limits: DrivingLimits,
+    urgency: Array,
     nodes_max: int,
 ) -> StSearchResult:
     """The cheapest way through the graph from u = 0 with v0, a0.
 
-    place_u_m, place_limit_mps (n,); clearance_limit_mps (K, n). Standing is allowed anywhere: a vehicle at
-    rest does not hit a person who walks into it.
+    place_u_m, place_limit_mps (n,); clearance_limit_mps (K, n); urgency (K,) as in `SearchGrid`. Standing is
+    allowed anywhere: a vehicle at rest does not hit a person who walks into it.
     """
     spacing = _CELL_M
     cells = max(2, math.ceil(place_u_m[-1] / spacing) + 1)
@@ -89,7 +92,7 @@ def search(
     accels = np.concatenate(
         [choices * limits.decel_mps2_max, [0.0, 0.5 * limits.accel_mps2_max, limits.accel_mps2_max]]
     )
-    grid = SearchGrid(penalty, np.ascontiguousarray(limit), spacing, graph.dt_s)
+    grid = SearchGrid(penalty, np.ascontiguousarray(limit), urgency, spacing, graph.dt_s)
     fade_1pmps = limits.accel_fade_1ps / limits.accel_mps2_max
     motion = SearchMotion(
         accels, fade_1pmps, limits.jerk_mps3_max, limits.decel_mps2_comfort, limits.decel_mps2_max
@@ -166,7 +169,7 @@ def _expand(
     at (cells, speeds): the node of the next layer in each cell, -1 for none. Arrays are taken out of the
     tuples once: each use of a tuple counts references to all of its arrays.
     """
-    penalty, limit, accels = grid.penalty, grid.limit_mps, motion.accels_mps2
+    penalty, limit, urgency, accels = grid.penalty, grid.limit_mps, grid.urgency, motion.accels_mps2
     end = penalty.shape[1] - 1
     is_last = layer == (penalty.shape[0] - 1) // 2 - 1
     bounds = _Bounds(motion.jerk_mps3_max, motion.decel_mps2_comfort, motion.decel_mps2_max, accels[0])
@@ -190,7 +193,7 @@ def _expand(
                     penalty[k, cell] if share < 1.0 else 0.0, penalty[k, cell + 1] if share > 0.0 else 0.0
                 )
                 limits = (limit[k, cell], limit[k, cell + 1])
-                cost = _with_motion_cost(cost, here, limits, share, v, a, bounds, grid.dt_s)
+                cost = _with_motion_cost(cost, here, limits, share, v, a, bounds, urgency[k], grid.dt_s)
                 if cost == np.inf:
                     break
             if is_last and cost < np.inf:
@@ -250,6 +253,7 @@ def _with_motion_cost(
     v: float,
     a: float,
     bounds: _Bounds,
+    urgency: float,
     dt: float,
 ) -> float:
     """cost and that of dt at v, a in a place that costs `here` a second; inf if it is occupied.
@@ -263,7 +267,7 @@ def _with_motion_cost(
         here = 2.0
     desired = max(limits[0], 0.5)
     over = max(v - allowed, 0.0)
-    cost += dt * (here + (desired - v) ** 2 + 20.0 * over * over + 4.0 * over)
+    cost += dt * (here + urgency * (desired - v) ** 2 + 20.0 * over * over + 4.0 * over)
     if a < 0.0:
         cost += dt * (0.4 * a * a + 2.0 * max(-a - bounds.decel, 0.0))
     else:

@@ -25,6 +25,8 @@ from vehicle_agent.planning.motion.speed.st_search import search
 
 LIMITS = DrivingLimits()
 BOUNDS = SpeedBounds(1.0, 0.8, 1.8, 1.9)
+# Every second costs as much as any other.
+EVEN = np.ones(41)
 FADING = SpeedBounds(1.12, 0.8, 1.8, 1.7, 0.08)
 
 
@@ -131,6 +133,26 @@ def test_less_is_accelerated_at_speed_than_from_rest(v0: float, a0: float, high_
     assert (plan.a_mps2[5:] <= 1.12 - 0.08 * plan.v_mps[5:] + 1e-3).all()
 
 
+def test_it_brakes_late_for_who_may_yet_let_it_pass() -> None:
+    hurried, even = (
+        solve_speed(started(3.0, 0.0, None, BOUNDS, 0.2), a_corridor(9.0), BOUNDS, 4.17, weights, 0.2)
+        for weights in (SpeedWeights(), SpeedWeights(now=0.0))
+    )
+    assert hurried.v_mps[5] > even.v_mps[5] + 0.1, "faster a second from now"
+    assert hurried.u_m[-1] <= 9.02, "and stands as far before them"
+
+
+def test_a_gap_that_is_there_now_is_taken() -> None:
+    u, free = np.arange(0.0, 48.0, 0.25), np.full((41, 192), 100.0)
+    passed = []
+    for urgency in (EVEN, SpeedWeights().urgency(41, 0.2)):
+        # Somebody is 6 to 9 m ahead from 2.4 s on: at 3 m/s the vehicle is past them then if it speeds up.
+        graph = a_graph(6.0, 9.0, 12, 22)
+        way = search(graph, u, np.full(192, 4.17), free, 3.0, 0.0, LIMITS, urgency, 60_000)
+        passed.append(len(corridor(graph, way.u_m).passes))
+    assert passed == [0, 1]
+
+
 def test_a_launch_uses_what_the_drive_gives() -> None:
     road = a_corridor()
     fading, flat = (
@@ -147,7 +169,7 @@ def test_the_search_knows_that_less_is_accelerated_at_speed() -> None:
     reached = []
     for limits in (flat, msgspec.structs.replace(flat, accel_fade_1ps=0.08)):
         free = np.full((41, len(u)), 100.0)
-        way = search(a_graph(0.0, -1.0, 0, 0), u, np.full(len(u), 4.17), free, 2.0, 0.0, limits, 60_000)
+        way = search(a_graph(0.0, -1.0, 0, 0), u, np.full(len(u), 4.17), free, 2.0, 0.0, limits, EVEN, 60_000)
         steps = np.diff(way.v_mps) / 0.2
         middle_mps = 0.5 * (way.v_mps[1:] + way.v_mps[:-1])
         assert (steps <= limits.accel_mps2_max - limits.accel_fade_1ps * middle_mps + 0.05).all()
@@ -171,7 +193,7 @@ def a_graph(low_m: float, high_m: float, from_k: int, to_k: int) -> StGraph:
 def ways(graph: StGraph, v0: float, limit_mps: float = 4.17) -> tuple[str, np.ndarray]:
     u = np.arange(0.0, 48.0, 0.25)
     free = np.full((41, len(u)), 100.0)
-    way = search(graph, u, np.full(len(u), limit_mps), free, v0, 0.0, LIMITS, 60_000)
+    way = search(graph, u, np.full(len(u), limit_mps), free, v0, 0.0, LIMITS, EVEN, 60_000)
     assert way.found
     room = corridor(graph, way.u_m)
     return ("yield" if len(room.yields_to) else "pass" if len(room.passes) else "free"), way.u_m
@@ -194,7 +216,7 @@ def test_the_way_found_never_drives_through_a_taken_stretch() -> None:
 def test_a_search_without_room_for_its_nodes_says_so() -> None:
     u = np.arange(0.0, 48.0, 0.25)
     free = np.full((41, len(u)), 100.0)
-    way = search(a_graph(8.0, 14.0, 8, 20), u, np.full(len(u), 4.17), free, 3.0, 0.0, LIMITS, 50)
+    way = search(a_graph(8.0, 14.0, 8, 20), u, np.full(len(u), 4.17), free, 3.0, 0.0, LIMITS, EVEN, 50)
     assert not way.found
     assert way.nodes <= 50
 
