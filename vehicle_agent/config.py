@@ -51,7 +51,9 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     lateral_accel_mps2_max: float = 0.5
 
     def __post_init__(self) -> None:
-        """ValueError for a drive that accelerates more at speed than at rest, or not at all there."""
+        """ValueError for a drive that does not accelerate, or more at speed than at rest."""
+        if not self.accel_mps2_max > 0.0:
+            raise ValueError("accel_mps2_max must be above 0")
         if self.accel_mps2_top is not None and not 0.0 < self.accel_mps2_top <= self.accel_mps2_max:
             raise ValueError("accel_mps2_top must be above 0 and at most accel_mps2_max")
 

@@ -17,10 +17,20 @@ def test_a_written_profile_is_read_as_it_was(tmp_path: Path) -> None:
     assert load_profile(path) == profile
 
 
-def test_a_drive_that_gives_more_at_speed_than_from_rest_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("lines", "field"),
+    [
+        ("accel_mps2_max = 0.0", "accel_mps2_max"),
+        ("accel_mps2_max = 0.8\naccel_mps2_top = 0.9", "accel_mps2_top"),
+        ("accel_mps2_top = 0.0", "accel_mps2_top"),
+    ],
+)
+def test_a_drive_that_does_not_accelerate_or_more_at_speed_than_from_rest_is_refused(
+    tmp_path: Path, lines: str, field: str
+) -> None:
     path = tmp_path / "profile.toml"
-    path.write_text("[limits]\naccel_mps2_max = 0.8\naccel_mps2_top = 0.9\n", encoding="utf-8")
-    with pytest.raises(ProfileError, match="accel_mps2_top"):
+    path.write_text(f"[limits]\n{lines}\n", encoding="utf-8")
+    with pytest.raises(ProfileError, match=field):
         load_profile(path)
 
 
