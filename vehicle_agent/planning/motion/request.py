@@ -122,7 +122,7 @@ class StoppingRoom(NamedTuple):
     speed_mps_min: float = 0.25
     step: SuddenStep = SuddenStep(1.4, 0.5)
     rider_mps2: float = 4.0
-    late_s: float = 0.55
+    late_s: float = 0.7
     turn_s: float = 0.85
 
 

@@ -77,7 +77,7 @@ def test_who_crosses_long_after_us_is_passed_before_unless_that_is_forbidden() -
 def test_past_somebody_who_stands_beside_the_way_it_goes_slower_but_goes() -> None:
     motion = planned(a_request(speed_mps=3.0, agents=people((15.0, 1.7, 0.0, 0.0))))
     assert motion.limited_by == "pedestrian_clearance"
-    assert motion.rows[-1, 7] > 14.0
+    assert motion.rows[-1, 7] > 13.5
     assert motion.rows[:, 6].min() > -PARAMS.yield_mps2 - 0.05
 
 

@@ -59,7 +59,7 @@ def test_who_stands_well_beside_the_way_asks_for_no_room_ahead() -> None:
     assert far.limit_mps[0, before] > 2.0
 
 
-@pytest.mark.parametrize("aside_m", [0.45, 0.6, 0.8, 0.95])
+@pytest.mark.parametrize("aside_m", [0.55, 0.65, 0.8, 0.95])
 def test_who_stands_a_step_beside_the_way_cannot_come_before_a_nose_that_still_drives(aside_m: float) -> None:
     """Somebody who begins to walk when the bumper is right before them is met at no more than a creep."""
     room = PARAMS.room
@@ -146,7 +146,7 @@ def test_who_turns_into_the_way_is_there_when_their_velocity_has_brought_them(
 
 
 def test_who_walks_away_from_the_way_is_passed_sooner_than_who_stands_or_comes() -> None:
-    beside = HALF + 0.25 + 0.4
+    beside = HALF + 0.25 + 0.6
     at = 40  # 10 m: the bumper is 1 m before them
     x = FRONT + 0.25 + 11.0
     limits = [

@@ -19,7 +19,7 @@ from scipy.sparse import csc_matrix
 from contract.geometry import Array, IntArray
 
 _INF = np.inf
-_GAP, _SLOPE = 1e5, 1e6
+_GAP, _SLOPE, _ANSWER = 1e5, 1e6, 1e7
 
 
 class SpeedWeights(msgspec.Struct, frozen=True):
@@ -67,7 +67,8 @@ class SpeedBounds(msgspec.Struct, frozen=True):
 
 class SpeedCorridor(msgspec.Struct, frozen=True):
     """What knots 1..N should keep, all (N,): low <= u, u + gap_s v <= high, softly
-    u + SpeedWeights.gap_s v <= soft, v <= limit + slope (u - at), and v near the desired speed.
+    u + SpeedWeights.gap_s v <= soft, v <= limit + slope (u - at), also of v + answer_s a, and v near the
+    desired speed. answer_s: so long the vehicle goes on accelerating before it answers to who limits it.
     """
 
     low_m: np.ndarray
@@ -77,6 +78,7 @@ class SpeedCorridor(msgspec.Struct, frozen=True):
     at_m: np.ndarray
     limit_mps: np.ndarray
     slope_1ps: np.ndarray
+    answer_s: np.ndarray
     desired_mps: np.ndarray
 
 
@@ -112,7 +114,7 @@ class SpeedPlan(msgspec.Struct, frozen=True):
 class _Form(NamedTuple):
     """What all programs of one size and weights share, ordered as in `solve_speed`.
 
-    below   the inequality rows; the data at `gaps` and `slopes` (n,) are each program's own
+    below   the inequality rows; the data at `gaps`, `answers` (n,) and `slopes` (2 n,) are each program's own
     linear  (8 n,) the costs' linear part, without the desired speed
     pull    (n,) the costs' linear part for each 1 m/s of the desired speed
     """
@@ -124,6 +126,7 @@ class _Form(NamedTuple):
     below: csc_matrix
     gaps: IntArray
     slopes: IntArray
+    answers: IntArray
 
 
 @lru_cache(maxsize=4)
@@ -136,8 +139,8 @@ def _form(n: int, dt: float, weights: SpeedWeights, accel_fade_1ps: float) -> _F
     linear = dt * np.repeat([0.0] * 4 + beyond, n)
     cost = csc_matrix((quadratic, np.arange(8 * n), np.arange(8 * n + 1)), shape=(8 * n, 8 * n))
     equal, below = _rows(n, dt, weights.gap_s, accel_fade_1ps)
-    gaps, slopes = np.flatnonzero(below.data == _GAP), np.flatnonzero(below.data == _SLOPE)
-    return _Form(cost, linear, -quadratic[n : 2 * n], equal, below, gaps, slopes)
+    own = [np.flatnonzero(below.data == mark) for mark in (_GAP, _SLOPE, _ANSWER)]
+    return _Form(cost, linear, -quadratic[n : 2 * n], equal, below, *own)
 
 
 def _rows(n: int, dt: float, gap_s: float, accel_fade_1ps: float) -> tuple[csc_matrix, csc_matrix]:
@@ -158,9 +161,11 @@ def _rows(n: int, dt: float, gap_s: float, accel_fade_1ps: float) -> tuple[csc_m
         rows += [(n + k, k, 1.0), (n + k, n + k, gap_s), (n + k, 5 * n + k, -1.0)]
         rows += [(2 * n + k, k, 1.0), (2 * n + k, 6 * n + k, 1.0)]
         rows += [(3 * n + k, n + k, 1.0), (3 * n + k, k, _SLOPE), (3 * n + k, 7 * n + k, -1.0)]
-        rows += [(4 * n + k, 2 * n + k, 1.0), (4 * n + k, n + k, accel_fade_1ps)]
+        rows += [(4 * n + k, n + k, 1.0), (4 * n + k, k, _SLOPE), (4 * n + k, 7 * n + k, -1.0)]
+        rows += [(4 * n + k, 2 * n + k, _ANSWER)]
+        rows += [(5 * n + k, 2 * n + k, 1.0), (5 * n + k, n + k, accel_fade_1ps)]
     i, j_, x = (np.array(column) for column in zip(*rows, strict=True))
-    below = csc_matrix((x, (i, j_)), shape=(5 * n, 8 * n))
+    below = csc_matrix((x, (i, j_)), shape=(6 * n, 8 * n))
     below.sort_indices()
     return equal, below
 
@@ -260,7 +265,9 @@ def solve_speed(
     linear = form.linear.copy()
     linear[n : 2 * n] = form.pull * corridor.desired_mps
     below = form.below.copy()
-    below.data[form.gaps], below.data[form.slopes] = corridor.gap_s, -corridor.slope_1ps
+    below.data[form.gaps], below.data[form.answers] = corridor.gap_s, corridor.answer_s
+    # The two rows of a knot's limit are neighbours in the column of its way.
+    below.data[form.slopes] = -np.repeat(corridor.slope_1ps, 2)
     envelope = brake_from(start, bounds.decel_mps2_comfort, bounds.jerk_mps3_max, dt_s, n)
     lower, upper = _corridor_rows(corridor)
     # A start that accelerates more than allowed at its speed comes down as fast as the jerk allows.
@@ -318,11 +325,11 @@ def _start_rows(n: int, start: SpeedStart, dt_s: float) -> Array:
 
 
 def _corridor_rows(corridor: SpeedCorridor) -> tuple[Array, Array]:
-    """((4 n,), (4 n,)) bounds of the inequality rows."""
+    """((5 n,), (5 n,)) bounds of the inequality rows, but for the last n."""
     n = len(corridor.high_m)
     limit = corridor.limit_mps - corridor.slope_1ps * corridor.at_m
-    upper = np.concatenate([corridor.high_m, corridor.soft_m, np.full(n, _INF), limit])
-    lower = np.full(4 * n, -_INF)
+    upper = np.concatenate([corridor.high_m, corridor.soft_m, np.full(n, _INF), limit, limit])
+    lower = np.full(5 * n, -_INF)
     lower[2 * n : 3 * n] = corridor.low_m
     return lower, upper
 

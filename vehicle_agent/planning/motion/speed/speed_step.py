@@ -5,7 +5,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from contract.geometry import Array
+from contract.geometry import Array, BoolArray
 from contract.wire.reasons import SpeedLimitReason
 from vehicle_agent.planning.motion.agents import MovingDiscs, early_slots
 from vehicle_agent.planning.motion.clearance import first_touch
@@ -169,10 +169,11 @@ def _solve(
     soft = np.minimum(room.soft_m[1:], _FAR_M)
     plan: SpeedPlan | None = None
     for _ in range(_PROGRAMS):
-        limit, slope, desired = _along(limits, at)
+        limit, slope, is_people = _along(limits, at)
+        desired, answer_s = limit.copy(), np.where(is_people, params.room.late_s, 0.0)
         _end_ahead(limit, slope, at, high, room.end_speed_mps, bounds.decel_mps2_comfort)
         limit[room.stands[1:]], slope[room.stands[1:]] = 0.0, 0.0
-        corridor = SpeedCorridor(room.low_m[1:], high, gap_s, soft, at, limit, slope, desired)
+        corridor = SpeedCorridor(room.low_m[1:], high, gap_s, soft, at, limit, slope, answer_s, desired)
         tried = solve_speed(start, corridor, bounds, params.limits.speed_mps_max, params.speed, params.knot_s)
         if not tried.solved:
             break
@@ -196,18 +197,21 @@ def _stop(params: MotionParams, road: Road, samples: PathSamples, obstacles: Arr
     return _Stop(min(stop_m, free_m), float(samples.s_m[hits]), False)
 
 
-def _along(limits: _KnotLimits, at: Array) -> tuple[Array, Array, Array]:
-    """(limit, slope, desired) at the way `at` (N,) of knots 1..N: the lower limit and how it changes."""
+def _along(limits: _KnotLimits, at: Array) -> tuple[Array, Array, BoolArray]:
+    """(limit, slope, whether people set it) at the way `at` (N,) of knots 1..N: the lower limit and how it
+    changes."""
     step, u, place, clearance_limit = 0.25, limits.u_m, limits.place_mps, limits.clearance_mps
-    found = []
+    found, is_people = [], np.zeros(len(at), np.bool_)
     for query in (at, at + step):
         j = np.clip(np.searchsorted(u, query, side="right") - 1, 0, len(u) - 2)
         w = np.clip((query - u[j]) / np.maximum(u[j + 1] - u[j], 1e-9), 0.0, 1.0)
         k = np.arange(1, len(at) + 1)
         people = clearance_limit[k, j] + w * (clearance_limit[k, j + 1] - clearance_limit[k, j])
-        found.append(np.minimum(place[j] + w * (place[j + 1] - place[j]), people))
+        by_place = place[j] + w * (place[j + 1] - place[j])
+        is_people |= people < by_place
+        found.append(np.minimum(by_place, people))
     slope = np.clip((found[1] - found[0]) / step, -1.5, 0.3)
-    return found[0], slope, found[0].copy()
+    return found[0], slope, is_people
 
 
 def _end_ahead(limit: Array, slope: Array, at: Array, high: Array, end_speed: float, decel: float) -> None:

@@ -31,7 +31,11 @@ FADING = SpeedBounds(1.12, 0.8, 1.8, 1.7, 0.08)
 
 
 def a_corridor(
-    high_m: float = 1e3, limit_mps: float = 4.17, low_m: float = -1e3, gap_s: float = 0.0
+    high_m: float = 1e3,
+    limit_mps: float = 4.17,
+    low_m: float = -1e3,
+    gap_s: float = 0.0,
+    answer_s: float = 0.0,
 ) -> SpeedCorridor:
     one = np.ones(40)
     return SpeedCorridor(
@@ -42,6 +46,7 @@ def a_corridor(
         0.0 * one,
         limit_mps * one,
         0.0 * one,
+        answer_s * one,
         limit_mps * one,
     )
 
@@ -131,6 +136,15 @@ def test_less_is_accelerated_at_speed_than_from_rest(v0: float, a0: float, high_
     assert plan.solved
     # What the start has too much of is gone after a0 / jerk.
     assert (plan.a_mps2[5:] <= 1.12 - 0.08 * plan.v_mps[5:] + 1e-3).all()
+
+
+@pytest.mark.parametrize("answer_s", [0.0, 0.55])
+def test_it_sets_off_beside_people_so_that_its_answer_finds_it_at_their_limit(answer_s: float) -> None:
+    road = a_corridor(limit_mps=1.0, answer_s=answer_s)
+    plan = solve_speed(started(0.0, 0.0, None, FADING, 0.2), road, FADING, 4.17, SpeedWeights(), 0.2)
+    ahead_mps = plan.v_mps + 0.55 * plan.a_mps2
+    assert (ahead_mps.max() < 1.02) == (answer_s > 0.0)
+    assert plan.v_mps[-1] == pytest.approx(1.0, abs=0.02)
 
 
 def test_it_brakes_late_for_who_may_yet_let_it_pass() -> None:
