@@ -1,4 +1,4 @@
-"""Rides of the domain as the answers of the API."""
+"""What the API makes of rides: commands of requests, and answers of what the domain has."""
 
 from collections.abc import Sequence
 

@@ -108,7 +108,8 @@ class StoppingRoom(NamedTuple):
     speed_mps_min  of the creep
     step           how a person may turn into the way
     rider_mps2     how hard a rider ahead of the vehicle may brake
-    late_s         from a person's first step to braking: detection, tracking, response and pedal delay
+    late_s         from a person's first step to braking: detection, tracking, response and pedal delay. A
+                   vehicle that accelerates goes on accelerating until then
     turn_s         the same when a person who walks ahead slows down first and then turns round; 0 for riders,
                    who do not
 

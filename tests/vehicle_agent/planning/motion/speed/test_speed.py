@@ -160,7 +160,7 @@ def test_a_gap_that_is_there_now_is_taken() -> None:
     u, free = np.arange(0.0, 48.0, 0.25), np.full((41, 192), 100.0)
     passed = []
     for urgency in (EVEN, SpeedWeights().urgency(41, 0.2)):
-        # Somebody is 6 to 9 m ahead from 2.4 s on: at 3 m/s the vehicle is past them then if it speeds up.
+        # Somebody is 6 to 9 m ahead from 2.4 s on. A vehicle that speeds up is past 9 m by then.
         graph = a_graph(6.0, 9.0, 12, 22)
         way = search(graph, u, np.full(192, 4.17), free, 3.0, 0.0, LIMITS, urgency, 60_000)
         passed.append(len(corridor(graph, way.u_m).passes))
