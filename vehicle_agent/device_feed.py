@@ -6,8 +6,6 @@ too large for a datagram: its driver writes it into a ring of slots in a memory-
 overwritten slot.
 """
 
-import mmap
-import os
 import socket
 import struct
 from pathlib import Path
@@ -17,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contract.runlog.arrays import dec_hook, enc_hook
+from vehicle_agent.mapped_file import mapped
 from vehicle_agent.signals import (
     CodeTyped,
     DestinationChoice,
@@ -166,15 +165,8 @@ class ScanRing:
         """create: create the file (the driver). DeviceFeedError if there is none to read."""
         size = SLOTS * _SLOT_BYTES
         try:
-            if create:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.touch()
-                # The file never shrinks: a reader that has it mapped would be killed.
-                if path.stat().st_size != size:
-                    os.truncate(path, size)
-            with path.open("r+b") as file:
-                self._map = mmap.mmap(file.fileno(), size)
-        except (OSError, ValueError) as error:
+            self._map = mapped(path, size, create)
+        except OSError as error:
             raise DeviceFeedError(
                 f"no scan ring at {path} ({error}); start the lidar's driver first"
             ) from error

@@ -4,8 +4,6 @@ A picture is too large for a datagram. No side waits: a reader detects a slot th
 the pictures that it missed by their numbers.
 """
 
-import mmap
-import os
 import struct
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vehicle_agent.device_feed import DeviceFeedError
+from vehicle_agent.mapped_file import mapped
 
 # At 10 Hz a reader may be late by 3 s: a computer that is too busy for a while loses nothing.
 SLOTS = 32
@@ -44,15 +43,8 @@ class PictureRing:
         """
         size = SLOTS * _SLOT_BYTES
         try:
-            if create:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.touch()
-                # The file never shrinks: a reader that has it mapped would be killed.
-                if path.stat().st_size != size:
-                    os.truncate(path, size)
-            with path.open("r+b") as file:
-                self._map = mmap.mmap(file.fileno(), size)
-        except (OSError, ValueError) as error:
+            self._map = mapped(path, size, create)
+        except OSError as error:
             raise DeviceFeedError(
                 f"no ring of pictures at {path} ({error}); start the camera's driver first"
             ) from error

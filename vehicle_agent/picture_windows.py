@@ -4,14 +4,13 @@ For cameras that read out parts of a picture, and simulated ones, whose every pi
 need not read it.
 """
 
-import mmap
-import os
 import struct
 from pathlib import Path
 
 import numpy as np
 
 from contract.geometry import IntArray
+from vehicle_agent.mapped_file import mapped
 
 WINDOWS_MAX = 64
 # A number that is odd while the rest is written, and the count of windows; -1: no picture is needed.
@@ -25,15 +24,7 @@ class PictureWindows:
 
     def __init__(self, path: Path, create: bool) -> None:
         """create: the side that asks. Raises OSError if there is none to read, or it is just being made."""
-        if create:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
-            # It never shrinks: a reader that has it mapped would be killed.
-            os.truncate(path, _BYTES)
-        with path.open("r+b") as file:
-            if os.fstat(file.fileno()).st_size < _BYTES:
-                raise OSError(f"{path} is not whole yet")
-            self._map = mmap.mmap(file.fileno(), _BYTES)
+        self._map = mapped(path, _BYTES, create)
         self._rows: IntArray = np.frombuffer(self._map, np.int64, offset=_HEAD.size).reshape(-1, _COLUMNS)
         self._number = 0
         if create:

@@ -4,8 +4,6 @@ One writer, any number of readers; none waits. A reader that meets a moment that
 and asks again.
 """
 
-import mmap
-import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 from contract.geometry import Array
 from simulator.traffic.actors import Bodies
 from vehicle_agent.device_feed import DeviceFeedError
+from vehicle_agent.mapped_file import mapped
 
 # More road users than that are left out, the last first.
 BODIES_MAX = 4000
@@ -40,13 +39,8 @@ class MomentFile:
     def __init__(self, path: Path, create: bool) -> None:
         """create: the simulator does. Raises DeviceFeedError if there is none to read."""
         try:
-            if create:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.touch()
-                os.truncate(path, _BYTES)
-            with path.open("r+b") as file:
-                self._map = mmap.mmap(file.fileno(), _BYTES)
-        except (OSError, ValueError) as error:
+            self._map = mapped(path, _BYTES, create)
+        except OSError as error:
             raise DeviceFeedError(
                 f"no moments of a world at {path} ({error}); start the simulator first"
             ) from error
