@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import Annotated, NoReturn
 
+import msgspec
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.residual_table import print_residuals
 from campusloop.commands.workshop.site_maps import check_empty, map_laser_site
 
 console = Console(soft_wrap=True)
@@ -106,12 +107,7 @@ def map_laser_log(laser: Path, out: Path) -> None:
             laser_map = map_log(log, MappingParams(), StageBars(bars))
         except MapTooLarge as error:
             _refuse(f"{error} No map is made of it.")
-    table = Table(title="residuals", title_justify="left")
-    table.add_column("name")
-    table.add_column("value", justify="right")
-    for name in laser_map.residuals.__struct_fields__:
-        table.add_row(name, f"{getattr(laser_map.residuals, name):.4g}")
-    console.print(table)
+    print_residuals(console, msgspec.structs.asdict(laser_map.residuals))
     try:
         written = write_map_folder(out, laser_map, log, laser.name)
     except OSError as error:

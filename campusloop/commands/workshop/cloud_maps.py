@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
 from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.residual_table import print_residuals
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import CLOUD_MAPPING
 from contract.point_map.map_files import INDEX
@@ -61,12 +61,7 @@ def map_clouds(
         raise NotWritten(
             f"{out} cannot be written: {error.strerror or error}. No map was left there."
         ) from error
-    table = Table(title="residuals", title_justify="left")
-    table.add_column("name")
-    table.add_column("value", justify="right")
-    for name, value in report.items():
-        table.add_row(name, f"{value:.4g}")
-    console.print(table)
+    print_residuals(console, report)
     console.print(f"written: {out / INDEX}", highlight=False)
 
 

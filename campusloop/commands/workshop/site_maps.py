@@ -7,9 +7,9 @@ import msgspec
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.residual_table import print_residuals
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import SIMULATOR, WORKSHOP
 from campusloop.shipped import DEFAULT_MAP, PROFILES
@@ -72,12 +72,7 @@ def map_laser_site(log: LaserLog, fixes: Fixes, out: Path) -> None:
             site = map_site(log, fixes, params, StageBars(bars))
         except (MapTooLarge, NotPlaced) as error:
             _refuse(f"{error} No map is made of it.")
-    table = Table(title="residuals", title_justify="left")
-    table.add_column("name")
-    table.add_column("value", justify="right")
-    for name, value in msgspec.structs.asdict(site.residuals).items():
-        table.add_row(name, f"{value:.4g}")
-    console.print(table)
+    print_residuals(console, msgspec.structs.asdict(site.residuals))
     try:
         index = write_tiles(out, site.tiles, params.tile_m, params.occupancy.cell_m, fixes.origin)
     except OSError as error:

@@ -6,10 +6,10 @@ from typing import Annotated, NoReturn
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from campusloop.commands.localizing import POINT_MAPS
 from campusloop.commands.workshop.bars import StageBars, stage_bars
+from campusloop.commands.workshop.residual_table import print_residuals
 from campusloop.commands.workshop.site_maps import make_parent
 from campusloop.kernels.compiling import ensure_kernels
 from campusloop.kernels.groups import CLOUD_MAPPING, SIMULATOR
@@ -64,12 +64,7 @@ def survey(
     except (MapFolderError, OSError) as error:
         console.print(f"[red]{escape(f'{out} cannot be written: {error}')}[/red]", highlight=False)
         raise typer.Exit(EXIT_NOT_WRITTEN) from error
-    table = Table(title="residuals", title_justify="left")
-    table.add_column("name")
-    table.add_column("value", justify="right")
-    for name, value in report.items():
-        table.add_row(name, f"{value:.4g}")
-    console.print(table)
+    print_residuals(console, report)
     console.print(f"written: {out / INDEX}", highlight=False)
 
 
