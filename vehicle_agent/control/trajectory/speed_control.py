@@ -37,6 +37,7 @@ class SpeedControlResult(msgspec.Struct, frozen=True):
 class SpeedControl(msgspec.Struct, frozen=True):
     """behind_m, behind_s  a position error beyond behind_m + behind_s v is not recovered at once: the vehicle
                       must not speed after its plan
+    behind_mps        neither is a lower speed than the plan's beyond this
     ahead_m_max       bound of the opposite error, so that the vehicle does not crawl
     arrive_m, arrive_mps2  farther from a stop, or if it needs less braking, the MPC alone decides
     overrun_m         an overrun of a stop that is not worth a jolt
@@ -46,8 +47,9 @@ class SpeedControl(msgspec.Struct, frozen=True):
 
     mpc: LongitudinalMpc = LongitudinalMpc()
     pedal_controller: PedalController = PedalController()
-    behind_m: float = 0.06
+    behind_m: float = 0.02
     behind_s: float = 0.08
+    behind_mps: float = 0.05
     ahead_m_max: float = 0.6
     arrive_m: float = 0.5
     arrive_mps2: float = 0.05
@@ -135,7 +137,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
         self, state: SpeedControlState, speeds_mps: Array, behind_m: float, speed_error_mps: float,
         vehicle: Array, accel_mps2: float,
     ) -> AxisSolution:  # fmt: skip
-        """The MPC's solution for speeds_mps (N + 1,); a large position error is recovered over time."""
+        """The MPC's solution for speeds_mps (N + 1,); what it is behind is recovered over time."""
         late_m = self.behind_m + self.behind_s * max(float(speeds_mps[0]), float(vehicle[MSPEED]))
         limited_m = min(max(behind_m, -self.ahead_m_max), late_m)
         rising = np.diff(speeds_mps) / self.mpc.dt_s
@@ -143,8 +145,9 @@ class SpeedControl(msgspec.Struct, frozen=True):
         reference_mps2 = np.convolve(
             np.concatenate((rising[:1], rising, rising[-1:])), (0.25, 0.5, 0.25), "valid"
         )
+        slower_mps = min(speed_error_mps, self.behind_mps)
         return self.mpc.solve(
-            limited_m, speed_error_mps, accel_mps2, state.accel_mps2, reference_mps2, state.warm_start
+            limited_m, slower_mps, accel_mps2, state.accel_mps2, reference_mps2, state.warm_start
         )
 
     def _stop_command(self, command: float, previous: float, speed_mps: float, remaining_m: float) -> float:
