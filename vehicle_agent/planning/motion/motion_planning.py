@@ -37,6 +37,10 @@ _AHEAD_ROWS_S = 6.0
 # Until a pedal takes effect the vehicle follows earlier commands. It misses a plan that begins otherwise, and
 # control would brake harder later to make up for it. The motion planner's first piece is as long.
 _HELD_NS, _MOVES_MPS = 200_000_000, 0.5
+# A plan goes on from the one before, and not from the vehicle, whose noise would come back to the wheels.
+# But it must not run away from a vehicle that sets off late or is heavier than its profile. Beside people it
+# allows what suits its own speed, and the vehicle catches up with more than the plan's acceleration.
+_LEAD_MPS = 0.15
 _NOWHERE = np.empty((0, 2))
 _NO_SPEEDS = np.empty(0)
 
@@ -239,14 +243,17 @@ class MotionPlanning:
     def _next_start(self, state: MotionPlanningState, ego: Ego, begin_ns: int) -> StartState:
         """The state at which the next trajectory begins.
 
-        On the present trajectory while the vehicle follows it closely, else where the vehicle is predicted to
-        be.
+        On the present trajectory while the vehicle follows it closely, at a speed near the vehicle's, else
+        where the vehicle is predicted to be.
         """
         driven = _driven(state)
         if driven is not None:
             here = trajectory_lookup.row_at(driven, ego.stamp_ns)
             if not self._cadence.is_off_trajectory(here, ego):
-                return _start_on(driven, begin_ns)
+                start = _start_on(driven, begin_ns)
+                lead_mps = float(here[trajectory_lookup.SPEED]) - ego.speed_mps
+                excess_mps = lead_mps - min(max(lead_mps, -_LEAD_MPS), _LEAD_MPS)
+                return msgspec.structs.replace(start, speed_mps=max(start.speed_mps - excess_mps, 0.0))
         dt_s = (begin_ns - ego.stamp_ns) * 1e-9
         yaw_rad = ego.pose_map.yaw_rad + 0.5 * dt_s * ego.yaw_rate_radps
         pose = Pose2(

@@ -112,6 +112,7 @@ class StoppingRoom(NamedTuple):
                    vehicle that accelerates goes on accelerating until then
     turn_s         the same when a person who walks ahead slows down first and then turns round; 0 for riders,
                    who do not
+    error_m        so much nearer to the way a person may be than they are seen
 
     A tuple, so that kernels take it as it is.
     """
@@ -123,8 +124,9 @@ class StoppingRoom(NamedTuple):
     speed_mps_min: float = 0.25
     step: SuddenStep = SuddenStep(1.4, 0.5)
     rider_mps2: float = 4.0
-    late_s: float = 0.7
+    late_s: float = 0.55
     turn_s: float = 0.85
+    error_m: float = 0.1
 
 
 # A cyclist or scooter turns in faster than a person walks, brakes harder, and is out of the way as soon.
@@ -135,6 +137,7 @@ RIDER_ROOM = StoppingRoom(
     late_s=0.7,
     response_s=0.55,
     turn_s=0.0,
+    error_m=0.0,
 )
 
 

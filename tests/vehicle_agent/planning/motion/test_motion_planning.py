@@ -127,6 +127,16 @@ def test_the_job_begins_where_the_trajectory_will_be_and_the_answer_goes_on_from
     assert job.speed_mps == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize(("faster_mps", "begins_mps"), [(-0.5, 2.65), (-0.1, 3.0), (0.1, 3.0), (0.5, 3.35)])
+def test_a_plan_does_not_run_away_from_the_vehicle(faster_mps: float, begins_mps: float) -> None:
+    driver = Driver()
+    driver.run(1.0)
+    while len(driver.jobs) < 3:
+        driver.speed_mps += faster_mps
+        driver.step(some_tracks((PEDESTRIAN, 40.0, 3.0, 0.0, -1.0)))
+    assert driver.jobs[-1].speed_mps == pytest.approx(begins_mps)
+
+
 def test_a_planner_that_falls_silent_ends_in_a_comfortable_stop() -> None:
     driver = Driver()
     driver.run(1.0)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from tests.vehicle_agent.planning.motion.scenes import a_request, people
 from vehicle_agent.planning.motion.agents import early_slots, moving_discs
+from vehicle_agent.planning.motion.flanks import CORNER_M
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
 from vehicle_agent.planning.motion.plan import plan_motion
 from vehicle_agent.planning.motion.request import Agents, MotionParams, Vehicle
@@ -59,7 +60,7 @@ def test_who_stands_well_beside_the_way_asks_for_no_room_ahead() -> None:
     assert far.limit_mps[0, before] > 2.0
 
 
-@pytest.mark.parametrize("aside_m", [0.55, 0.65, 0.8, 0.95])
+@pytest.mark.parametrize("aside_m", [0.45, 0.6, 0.8, 0.95])
 def test_who_stands_a_step_beside_the_way_cannot_come_before_a_nose_that_still_drives(aside_m: float) -> None:
     """Somebody who begins to walk when the bumper is right before them is met at no more than a creep."""
     room = PARAMS.room
@@ -81,6 +82,19 @@ def test_it_creeps_until_who_stands_close_beside_the_way_is_behind_its_corner() 
     beside, behind = (int(np.searchsorted(u, 14.0 - FRONT + past_m)) for past_m in (0.2, 0.8))
     assert found.limit_mps[0, beside] == pytest.approx(PARAMS.room.speed_mps_min)
     assert found.limit_mps[0, behind] > 2.0 * PARAMS.room.speed_mps_min
+
+
+@settings(max_examples=30, deadline=None)
+@given(ahead_m=st.floats(-0.2, 0.6))
+def test_a_plan_creeps_until_its_corner_has_passed_who_stands_close_beside_the_way(ahead_m: float) -> None:
+    """Wherever the path's samples are: between two of them the limit is not that of the next."""
+    x_m, creeps_mps = FRONT + ahead_m, PARAMS.room.speed_mps_min
+    agents = people((x_m, HALF + 0.25 + 0.3, 0.0, 0.0))
+    motion = plan_motion(a_request(speed_mps=creeps_mps, room_m=0.05, agents=agents), PARAMS)
+    is_beside = motion.rows[:, 1] + FRONT - CORNER_M < x_m
+    assert motion.feasible
+    assert motion.rows[is_beside, 5].max() < creeps_mps + 0.05
+    assert motion.rows[:, 5].max() > 3.0 * creeps_mps, "and sets off then"
 
 
 def test_somebody_is_reckoned_with_a_moment_before_they_are_expected() -> None:
@@ -146,7 +160,7 @@ def test_who_turns_into_the_way_is_there_when_their_velocity_has_brought_them(
 
 
 def test_who_walks_away_from_the_way_is_passed_sooner_than_who_stands_or_comes() -> None:
-    beside = HALF + 0.25 + 0.6
+    beside = HALF + 0.25 + 0.5
     at = 40  # 10 m: the bumper is 1 m before them
     x = FRONT + 0.25 + 11.0
     limits = [

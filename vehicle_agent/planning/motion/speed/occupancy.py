@@ -30,8 +30,10 @@ class Occupancy(msgspec.Struct, frozen=True):
 
     hard_low_m, hard_high_m  (T, a) nominal place and hard margin
     soft_low_m, soft_high_m  (T, a) the inflated place
-    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) at each path sample; 1000 where
-                             no pedestrian is near enough to matter
+    limit_mps                (T, n) speed by clearance to pedestrians (eq. 2) and by the room to stop, at each
+                             path sample; 1000 where nobody is near enough to matter
+    room_mps                 (T, n) by the room to stop alone. It ends at once where somebody is passed: up to
+                             the next sample it is that of the last
     inside                   (a,) touches the vehicle now, and is no person at its flank
     """
 
@@ -40,6 +42,7 @@ class Occupancy(msgspec.Struct, frozen=True):
     soft_low_m: np.ndarray
     soft_high_m: np.ndarray
     limit_mps: np.ndarray
+    room_mps: np.ndarray
     inside: np.ndarray
 
 
@@ -87,7 +90,7 @@ def project_agents(
 @njit(cache=True)
 def projected(
     samples: PathSamples, moving: MovingDiscs, agents: int, params: ProjectionParams
-) -> tuple[Array, Array, Array, Array, Array, BoolArray]:
+) -> tuple[Array, Array, Array, Array, Array, Array, BoolArray]:
     """The kernel of `project_agents`; skips samples that the clearance shows to be out of reach."""
     slots, total, n = moving.discs.shape[0], moving.discs.shape[1], samples.poses_map.shape[0]
     stretches = _Stretches(
@@ -96,7 +99,7 @@ def projected(
         np.full((slots, agents), np.inf),
         np.full((slots, agents), -np.inf),
     )
-    limit = np.full((slots, n), 1e3)
+    limit, room = np.full((slots, n), 1e3), np.full((slots, n), 1e3)
     sweep = _sweep_of(samples, params.box)
     start = _at_start(sweep, moving, agents, params.box)
     for m in range(total):
@@ -104,7 +107,7 @@ def projected(
         if start.behind[a] and not start.inside[a]:
             continue
         hard = min(params.hard_margin_m, max(start.gap_m[a] - 0.02, 0.0))
-        _occupy(sweep, moving, m, hard, params, stretches, limit)
+        _occupy(sweep, moving, m, hard, params, stretches, (limit, room))
     # The samples are `spacing` apart: the true ends are up to so much farther.
     _widen(stretches.hard_low, stretches.hard_high, sweep.spacing)
     _widen(stretches.soft_low, stretches.soft_high, sweep.spacing)
@@ -113,7 +116,8 @@ def projected(
         stretches.hard_high,
         stretches.soft_low,
         stretches.soft_high,
-        limit,
+        np.minimum(limit, room),
+        room,
         start.inside,
     )
 
@@ -158,10 +162,11 @@ def _occupy(
     hard: float,
     params: ProjectionParams,
     stretches: _Stretches,
-    limit: Array,
+    limits: tuple[Array, Array],
 ) -> None:
-    """Adds disc m at every slot: the stretches that it occupies, and the speeds that a pedestrian allows.
+    """Adds disc m at every slot: the stretches that it occupies, and the speeds that it allows.
 
+    limits  (T, n) by clearance, and by the room to stop
     Arrays are taken out of the tuples once: each use of a tuple counts references to all of its arrays.
     """
     a, is_person, is_rider, box = moving.owner[m], moving.pedestrian[m], moving.rider[m], params.box
@@ -171,6 +176,7 @@ def _occupy(
     discs, inflation = moving.discs, moving.inflation_m
     poses, ways, cos, sin = sweep.poses, sweep.u, sweep.cos, sweep.sin
     low, high, soft_low, soft_high = stretches
+    limit, room = limits
     last = discs.shape[0] - 1
     believed = _believed_share(moving, m) if is_person else 1.0
     for t in range(discs.shape[0]):
@@ -204,11 +210,9 @@ def _occupy(
             if is_person:
                 if beside < params.law.delta_m_max:
                     limit[t, j] = min(limit[t, j], law_speed(beside, params.law))
-                limit[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.room, limit[t, j])
+                room[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.room, room[t, j])
             elif is_rider and vx * at.cos + vy * at.sin > max(abs(vy * at.cos - vx * at.sin), _RIDES_MPS):
-                limit[t, j] = speed_with_room(
-                    at, box, (px, py, vx, vy), radius, params.rider_room, limit[t, j]
-                )
+                room[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.rider_room, room[t, j])
             j += 1
 
 

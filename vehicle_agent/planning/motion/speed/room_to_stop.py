@@ -60,7 +60,7 @@ def _room_speed(
         # A person still beside the way has to be seen stepping into it first; a rider's response includes it.
         late_s = room.late_s if aside_m > 0.0 and room.turn_s > 0.0 else room.response_s
         stops_mps = _stoppable(left_m, late_s + comes_mps / room.decel_mps2, room.decel_mps2)
-    comes_s = turn_time_s(max(aside_m, 0.0), away_mps, room.step)
+    comes_s = turn_time_s(max(aside_m - room.error_m, 0.0), away_mps, room.step)
     # What is left by then of the way along the path that the person walks now.
     along_mps = max(along_mps, 0.0) * math.exp(-comes_s / room.step.rise_s)
     if room.turn_s > 0.0:

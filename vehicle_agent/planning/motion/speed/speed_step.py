@@ -64,11 +64,13 @@ class _Stop(NamedTuple):
 
 
 class _KnotLimits(NamedTuple):
-    """Speed limits at the samples' ways u_m (n,): by place (n,), and by clearance at each knot (K, n)."""
+    """Speed limits at the samples' ways u_m (n,): by place (n,), by people at each knot (K, n), and of these
+    by the room to stop alone, which holds up to the next sample (`Occupancy.room_mps`)."""
 
     u_m: Array
     place_mps: Array
     clearance_mps: Array
+    room_mps: Array
 
 
 def plan_speed(
@@ -98,13 +100,13 @@ def plan_speed(
         limits.accel_fade_1ps,
     )
     start = started(v0, a0, request.start.held_jerk_mps3, bounds, params.knot_s)
-    clearance_limit = _clearance_limit(params, occupancy, samples.u_m, start)
+    clearance_limit, room_limit = _people_limits(params, occupancy, samples.u_m, start)
     urgency = params.speed.urgency(len(clearance_limit), params.knot_s)
     way = st_search.search(
         graph, samples.u_m, place.speed_mps, clearance_limit, v0, a0, limits, urgency, params.nodes_max
     )
     room = st_graph.corridor(graph, way.u_m)
-    knot_limits = _KnotLimits(samples.u_m, place.speed_mps, clearance_limit)
+    knot_limits = _KnotLimits(samples.u_m, place.speed_mps, clearance_limit, room_limit)
     plan = _solve(start, bounds, params, room, stop.way_m, knot_limits, way.u_m[1:])
     high = np.minimum(np.minimum(room.high_m[1:], stop.way_m), room.soft_m[1:])
     return SpeedSolution(
@@ -134,8 +136,10 @@ def _graph(request: MotionRequest, params: MotionParams, occupancy: Occupancy) -
     )
 
 
-def _clearance_limit(params: MotionParams, occupancy: Occupancy, u_m: Array, start: SpeedStart) -> Array:
-    """(K, n) the speed by clearance to pedestrians, at each knot and sample.
+def _people_limits(
+    params: MotionParams, occupancy: Occupancy, u_m: Array, start: SpeedStart
+) -> tuple[Array, Array]:
+    """((K, n), (K, n)) the speed by people at each knot and sample, and by the room to stop alone.
 
     Braking with yield_mps2 is enough to keep it, and no harder braking is asked for: avoiding contact is up
     to the corridor.
@@ -147,8 +151,8 @@ def _clearance_limit(params: MotionParams, occupancy: Occupancy, u_m: Array, sta
         np.minimum(occupancy.limit_mps[::per_knot], top_mps), u_m, params.yield_mps2, params.knot_s
     )
     braking = brake_from(start, params.yield_mps2, limits.jerk_mps3_max, params.knot_s, len(lowered) - 1)
-    limit: Array = np.maximum(lowered, braking[:, 1, None])
-    return limit
+    can_mps = braking[:, 1, None]
+    return np.maximum(lowered, can_mps), np.maximum(occupancy.room_mps[::per_knot], can_mps)
 
 
 def _solve(
@@ -207,6 +211,7 @@ def _along(limits: _KnotLimits, at: Array) -> tuple[Array, Array, BoolArray]:
         w = np.clip((query - u[j]) / np.maximum(u[j + 1] - u[j], 1e-9), 0.0, 1.0)
         k = np.arange(1, len(at) + 1)
         people = clearance_limit[k, j] + w * (clearance_limit[k, j + 1] - clearance_limit[k, j])
+        people = np.minimum(people, limits.room_mps[k, j])
         by_place = place[j] + w * (place[j + 1] - place[j])
         is_people |= people < by_place
         found.append(np.minimum(by_place, people))
