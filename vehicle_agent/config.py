@@ -300,19 +300,9 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signalling: Signalling = Signalling()
 
     @property
-    def tracks_road_users(self) -> bool:
-        """The stack's perception tracks road users; GEM's has obstacle cells only."""
-        return self.stack in ("nus", "snow_lion")
-
-    @property
-    def tracks_by(self) -> Literal["", "own", "tracker"]:
-        """What finds road users; "": the stack tracks none."""
-        return self.perception if self.tracks_road_users else ""
-
-    @property
     def has_tracker(self) -> bool:
         """Tracks come from another computer of the vehicle."""
-        return self.tracks_road_users and self.perception == "tracker"
+        return self.perception == "tracker"
 
 
 def load_profile(path: FilePath) -> Profile:

@@ -47,7 +47,7 @@ def process_faults(count: int, profile: Profile, traces: Path | None) -> list[Ro
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=SPEED_MPS)
     # With the spring brake, because a shuttle that coasts without a driver leaves the road.
     profile = msgspec.structs.replace(
-        profile, limits=limits, lidar=LidarMount(rate_hz=0.0), fail_action="spring_brake"
+        profile, limits=limits, lidar=LidarMount(rate_hz=0.0), perception="own", fail_action="spring_brake"
     )
     road_map = straight_road(200.0 + _METRES_A_FAULT * count, SPEED_MPS)
     rng = np.random.default_rng(count)

@@ -152,9 +152,9 @@ class SceneDrive:
         if runs is not None:
             self._log = RunLogFiles(runs, msgspec.msgpack.encode(profile), encode_map(scene.road_map))
             recorder = Recorder(
-                _header(scene), profile.body, scene.road_map.observation_areas, profile.tracks_by
+                _header(scene), profile.body, scene.road_map.observation_areas, profile.perception
             )
-        self.computer = VehicleComputer(car, initial_state(car), recorder, tracks_by=profile.tracks_by)
+        self.computer = VehicleComputer(car, initial_state(car), recorder, tracks_by=profile.perception)
         self.wired = WiredVehicle(VEHICLE_ID, profile, scene.road_map, self.world)
         if planner is not None:
             self.wired.planner = planner

@@ -58,7 +58,8 @@ def winding_course(profile: Profile, speed_mps: float) -> Course:
     """A sine wave with a minimum radius of 35 m, driven at most at speed_mps, without lidar."""
     limits = msgspec.structs.replace(profile.limits, speed_mps_max=speed_mps)
     no_lidar = LidarMount(rate_hz=0.0)
-    profile = msgspec.structs.replace(profile, limits=limits, lidar=no_lidar)
+    # With neither lidar nor tracker no percepts are expected.
+    profile = msgspec.structs.replace(profile, limits=limits, lidar=no_lidar, perception="own")
     x = np.arange(0.0, _LENGTH_M, 0.5)
     wave = 2.0 * math.pi / _WAVE_M
     y = np.sin(wave * (x - START_S_M)) / (_LEAST_RADIUS_M * wave**2)

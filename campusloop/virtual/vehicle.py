@@ -118,10 +118,10 @@ class VirtualVehicle:
             localization_map=self._localization_map,
         )
         recorder = Recorder(
-            header, setup.profile.body, setup.road_map.observation_areas, setup.profile.tracks_by
+            header, setup.profile.body, setup.road_map.observation_areas, setup.profile.perception
         )
         self.wired.boot(
-            VehicleComputer(car, state, recorder, setup.utc_offset_ns, tracks_by=setup.profile.tracks_by)
+            VehicleComputer(car, state, recorder, setup.utc_offset_ns, tracks_by=setup.profile.perception)
         )
         self.run_log = RunLogFiles(setup.folder / "runs", self._profile_bytes, self._map_json)
         self._bridge, self._update_writer = bridge, TickUpdateWriter()

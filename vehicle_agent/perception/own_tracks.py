@@ -12,6 +12,7 @@ from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.pillars.sweeps import Sweep
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.deskew import straightened
+from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.perception.thinned_scans import ScanThinning, ThinnedScans
 from vehicle_agent.signals import Percept, SignPercept, ThinnedScan
 from vehicle_agent.signals.objects import EgoMotion, SeenObjects
@@ -61,12 +62,14 @@ class TracksWorker:
         perception: PointPerception,
         finder: RoadUserFinder | None = None,
         thinning: ScanThinning | None = None,
+        sign_finder: SignFinder | None = None,
     ) -> None:
         """finder: looks at the same surroundings; None: clusters alone.
 
         thinning  of scans that are shown
+        sign_finder  None for a stack that reads no signs
         """
-        self._perception, self._finder = perception, finder
+        self._perception, self._finder, self._sign_finder = perception, finder, sign_finder
         self._way = ReckonedWay()
         self._state = perception.initial()
         self._waved_on_ns = 0
@@ -109,8 +112,9 @@ class TracksWorker:
         return (cells, tracks)
 
     def signs(self, rows: np.ndarray, stamp_ns: int) -> tuple[SignPercept, ...]:
-        del rows, stamp_ns
-        return ()
+        if self._sign_finder is None:
+            return ()
+        return (self._sign_finder.percept(self._straightened(rows), rows[:, 3], stamp_ns),)
 
     def thinned(self, rows: np.ndarray, stamp_ns: int) -> ThinnedScan | None:
         if not self._shown.takes(stamp_ns):

@@ -39,7 +39,7 @@ class PerceptionWorker(Protocol):
 
 
 class CellsWorker:
-    """Obstacle cells by the height map; road users come from another computer, or the stack tracks none."""
+    """Obstacle cells by the height map; tracks of road users come from another computer."""
 
     def __init__(
         self,

@@ -29,7 +29,7 @@ class VehicleComputer:
         """utc_offset_ns  UTC minus vehicle clock; replaced by the server's offset once it is known.
 
         stopwatch  times the rooms on a vehicle; None in virtual time, where a seed repeats a run log
-        tracks_by  who finds road users, for those who look (`Profile.tracks_by`)
+        tracks_by  who finds road users, for those who look (`Profile.perception`)
         """
         self.state = state
         self.entries: list[RunLogEntry] = []

@@ -79,18 +79,17 @@ def build_planner(profile: Profile, road_map: RoadMap) -> Planner | None:
 
 def worker_tracks(profile: Profile) -> bool:
     """The perception worker of this vehicle tracks road users, for which it needs the vehicle's motion."""
-    return profile.tracks_road_users and not profile.has_tracker
+    return not profile.has_tracker
 
 
 def build_perception_worker(profile: Profile) -> PerceptionWorker:
     """What makes percepts of the vehicle's scans, beside the tick. Raises DetectorFileError."""
+    finder = sign_finder(profile) if profile.stack in SIGN_READING_STACKS else None
     if not worker_tracks(profile):
-        reads_signs = profile.stack in SIGN_READING_STACKS
-        finder = sign_finder(profile) if reads_signs else None
         return CellsWorker(height_map(profile), finder, scan_thinning(profile))
     from vehicle_agent.stacks.own_perception import tracks_worker
 
-    return tracks_worker(profile)
+    return tracks_worker(profile, finder)
 
 
 def perception_lacks(profile: Profile) -> str:

@@ -15,9 +15,9 @@ from vehicle_agent.planning.waypoint.recorded import RecordedWay
 from vehicle_agent.planning.waypoint.signs import SignRule
 from vehicle_agent.stacks.rooms import (
     announcer,
-    cells,
     guard,
     mission_rules,
+    road_users,
     waypoint_control,
     waypoint_planning,
 )
@@ -26,7 +26,7 @@ from vehicle_agent.waypoints.files import WaypointFileError
 from vehicle_agent.waypoints.recorded_way import recorded_way
 from vehicle_agent.world.surroundings import Surroundings
 
-# Without a tracker, who stands before a vehicle at rest is known by the cells alone.
+# Who stands before a vehicle at rest below the beams is known by the cells if they had no track before.
 _REST_MEMORY_NS = 60_000_000_000
 
 
@@ -40,9 +40,7 @@ def gem(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
     return Car(
         can=codec_of(profile),
         localization=localization(profile, road_map, by_scans=by_scans),
-        perception=SignReadingPerception(
-            msgspec.structs.replace(cells(profile), rest_memory_ns=_REST_MEMORY_NS)
-        ),
+        perception=SignReadingPerception(road_users(profile, _REST_MEMORY_NS)),
         world=Surroundings(body.front_overhang_m, body.rear_overhang_m, 0.5 * body.width_m),
         mission=Mission(RoadNetwork(road_map), mission_rules(profile)),
         planning=msgspec.structs.replace(

@@ -18,7 +18,6 @@ from vehicle_agent.localization.planar_map.stored_map import stored_tiles
 from vehicle_agent.localization.scan_map.fusion import ScanMapLocalization
 from vehicle_agent.localization.worker import LocalizationWorker
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.planning.cost_map.cost_map_planning import CostMapPlanning
 from vehicle_agent.planning.cost_map.crossings import CrossingRule
 from vehicle_agent.planning.cost_map.safe_speeds import SafeSpeeds
@@ -26,7 +25,7 @@ from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.waypoints import WaypointRules
 from vehicle_agent.stacks.gem import gem
-from vehicle_agent.stacks.rooms import cells, rear_slip_per_mps2, smoothing, waypoint_control
+from vehicle_agent.stacks.rooms import rear_slip_per_mps2, road_users, waypoint_control
 
 # The look-ahead of 3 m is sufficient up to this speed.
 SPEED_MPS_MAX = 2.0
@@ -42,9 +41,7 @@ def nus(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) -> Car:
     return Car(
         can=base.can,
         localization=planar_localization(profile, road_map) if by_scans else base.localization,
-        perception=TrackingPerception(
-            cells(profile), smoothing(profile), has_lidar=profile.lidar.rate_hz > 0.0
-        ),
+        perception=road_users(profile),
         world=base.world,
         mission=base.mission,
         planning=planning(profile, road_map),

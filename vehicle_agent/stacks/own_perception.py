@@ -17,6 +17,7 @@ from vehicle_agent.perception.people_worker import PeopleFinder, PeopleWorker
 from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
+from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.perception.tracking.below_beams import FrontArea
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals.pictures import PinholeCamera, optical_pose, pinhole_matrix
@@ -34,17 +35,18 @@ _FRONT_CORNER_M = 0.5
 _HALF_PERSON_M = 0.2
 
 
-def tracks_worker(profile: Profile) -> TracksWorker:
+def tracks_worker(profile: Profile, signs: SignFinder | None = None) -> TracksWorker:
     """Clusters; for the Snow Lion the network besides, which has learned from its four lidars.
 
     For a NUS vehicle with a planar scanner for people, that scanner and the camera (`lacking` says of what
-    there is too little). Raises DetectorFileError.
+    there is too little). signs: what reads signs in the same scans; None for a stack that reads none.
+    Raises DetectorFileError.
     """
     points = point_perception(profile)
     if profile.stack == "nus" and profile.people_scanner.rate_hz > 0.0:
         return PeopleWorker(points, people_finder(profile), scan_thinning(profile))
     network = NetworkFinder(detector(profile)) if profile.stack == "snow_lion" else None
-    return TracksWorker(points, network, scan_thinning(profile))
+    return TracksWorker(points, network, scan_thinning(profile), signs)
 
 
 def people_finder(profile: Profile) -> PeopleFinder:

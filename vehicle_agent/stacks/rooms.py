@@ -2,6 +2,8 @@
 
 import math
 
+import msgspec
+
 from contract.roads.model import RoadMap
 from vehicle_agent.brake_map import BrakeMap
 from vehicle_agent.config import Profile
@@ -28,6 +30,7 @@ from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.perception.signs.stages import SignStages
 from vehicle_agent.perception.thinned_scans import ScanThinning
 from vehicle_agent.perception.tracker import AlphaBetaTracker
+from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.planning.waypoint.approach import Approach
 from vehicle_agent.planning.waypoint.gap import GapRule
 from vehicle_agent.planning.waypoint.obstacle import ObstacleRule
@@ -52,6 +55,18 @@ def cells(profile: Profile) -> HeightMapPerception:
         body_front_m=body.front_overhang_m,
         body_back_m=body.rear_overhang_m,
         body_half_width_m=0.5 * body.width_m,
+    )
+
+
+def road_users(profile: Profile, rest_memory_ns: int = 4_000_000_000) -> TrackingPerception:
+    """Obstacle cells, and tracks of road users: the tracker's or the worker's own.
+
+    rest_memory_ns  how long a cell in the blind zone is kept before a vehicle at rest
+    """
+    return TrackingPerception(
+        msgspec.structs.replace(cells(profile), rest_memory_ns=rest_memory_ns),
+        smoothing(profile),
+        has_lidar=profile.lidar.rate_hz > 0.0,
     )
 
 
@@ -177,7 +192,7 @@ def guard(profile: Profile) -> Guard:
 
     Without a lidar and without a tracker it expects no percepts.
     """
-    perceives = profile.lidar.rate_hz > 0.0 or profile.tracks_road_users
+    perceives = profile.lidar.rate_hz > 0.0 or profile.has_tracker
     body, limits = profile.body, profile.limits
     brakes = brake_map(profile)
     return Guard(

@@ -7,7 +7,7 @@ import pytest
 from tests.vehicle_agent.perception.test_height_map import a_scan
 from vehicle_agent.config import Profile
 from vehicle_agent.perception.worker import PerceptionWorker
-from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, TrackPercept
+from vehicle_agent.signals import PEDESTRIAN, ObstaclePercept, Percept, SignPercept, TrackPercept
 from vehicle_agent.signals.objects import EgoMotion
 from vehicle_agent.stacks.choice import build_perception_worker
 
@@ -43,9 +43,17 @@ def test_who_stands_beside_the_way_has_no_speed_though_the_vehicle_drives() -> N
 
 
 def test_a_vehicle_with_a_tracker_gets_cells_alone() -> None:
-    for profile in (SNOW_LION, Profile(perception="own")):
+    for profile in (SNOW_LION, Profile()):
         found = drive(build_perception_worker(profile), 2)
         assert [type(percept) for percept in found[-1]] == [ObstaclePercept], profile.stack
+
+
+def test_a_gem_that_tracks_by_itself_reads_signs_in_the_same_scans() -> None:
+    worker = build_perception_worker(Profile(perception="own"))
+    found = drive(worker, 2)
+    assert [type(percept) for percept in found[-1]] == [ObstaclePercept, TrackPercept]
+    rows = np.zeros((4, 5), np.float32)
+    assert [type(percept) for percept in worker.signs(rows, 1_300_000_000)] == [SignPercept]
 
 
 def test_points_for_people_who_look_are_where_the_obstacles_are() -> None:

@@ -35,18 +35,19 @@ def test_a_profile_with_impossible_announcements_is_refused_by_name(line: str, t
 
 
 @pytest.mark.parametrize(
-    ("stack", "lidar", "expects"),
+    ("stack", "lidar", "perception", "expects"),
     [
-        ("gem", LidarMount(), True),
-        ("gem", NO_LIDAR, False),
-        ("nus", NO_LIDAR, True),
-        ("snow_lion", NO_LIDAR, True),
+        ("gem", LidarMount(), "own", True),
+        ("gem", NO_LIDAR, "own", False),
+        ("gem", NO_LIDAR, "tracker", True),
+        ("nus", NO_LIDAR, "tracker", True),
+        ("snow_lion", NO_LIDAR, "tracker", True),
     ],
 )
 def test_percepts_are_expected_of_a_lidar_and_of_a_tracker_alone(
-    stack: str, lidar: LidarMount, expects: bool
+    stack: str, lidar: LidarMount, perception: str, expects: bool
 ) -> None:
-    profile = msgspec.convert({"stack": stack}, Profile)
+    profile = msgspec.convert({"stack": stack, "perception": perception}, Profile)
     room = guard(msgspec.structs.replace(profile, lidar=lidar))
     assert (room.ageing.percept_ns > 0) is expects
 

@@ -281,9 +281,11 @@ def run_tick(place: AgentPlace) -> None:
             first_tick=0,
             localization_map=localization_map(road_map),
         )
-        return Recorder(header, profile.body, road_map.observation_areas, profile.tracks_by)
+        return Recorder(header, profile.body, road_map.observation_areas, profile.perception)
 
-    computer = VehicleComputer(car, state, begin_run(road_map), offset_ns, TickStopwatch(), profile.tracks_by)
+    computer = VehicleComputer(
+        car, state, begin_run(road_map), offset_ns, TickStopwatch(), profile.perception
+    )
     maps = MapSwitch(files, rooms_on, begin_run)
     if scans is not None:
         scans.on_change(begin_run)

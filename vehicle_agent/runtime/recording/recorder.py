@@ -114,7 +114,7 @@ class Recorder:
     ) -> None:
         """header: of the first segment, whose counters are set here; areas: of the map.
 
-        tracks_by  who finds road users, for viewers (`Profile.tracks_by`)
+        tracks_by  who finds road users, for viewers (`Profile.perception`)
         """
         self._header = header
         self._scene = ViewerScene(header.vehicle_id, body, areas, tracks_by)
