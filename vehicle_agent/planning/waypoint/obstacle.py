@@ -8,12 +8,8 @@ from numba import njit
 
 from contract.geometry import Array, Pose2, pose_at, wrap_angle
 from vehicle_agent.planning.waypoint.selector import SpeedCommand
-from vehicle_agent.signals import CYCLIST, PEDESTRIAN, Tracks
 
 _STEP_M = 0.5
-# Eight points about an outline, in halves of its length and width.
-_ON_BOX = np.array([[1, 1], [1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1], [0, 1]], dtype=np.float64)
-_ON_DISC = _ON_BOX / np.linalg.norm(_ON_BOX, axis=1)[:, None]
 
 
 class ObstacleRule(msgspec.Struct, frozen=True):
@@ -90,25 +86,6 @@ class Sweep(msgspec.Struct, frozen=True):
 
     poses: np.ndarray
     travelled_m: np.ndarray
-
-
-def outlines(tracks: Tracks) -> Array:
-    """(n, 2) points about each tracked person and cyclist, eight each, map frame.
-
-    Near a lidar on the roof one ring meets a person, or none: the cells may not show who has a track. They do
-    show vehicles, of which some belong to the fleet and have a rule of their own.
-    """
-    counted = (tracks.kinds == PEDESTRIAN) | (tracks.kinds == CYCLIST)
-    if not counted.any():
-        return np.empty((0, 2))
-    poses, sizes_m = tracks.poses_map[counted], tracks.sizes_m[counted]
-    is_person = (tracks.kinds[counted] == PEDESTRIAN)[:, None, None]
-    at = np.where(is_person, _ON_DISC, _ON_BOX) * (0.5 * sizes_m)[:, None, :]
-    cos, sin = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
-    x = poses[:, :1] + cos * at[..., 0] - sin * at[..., 1]
-    y = poses[:, 1:2] + sin * at[..., 0] + cos * at[..., 1]
-    points: Array = np.column_stack((x.ravel(), y.ravel()))
-    return points
 
 
 def sweep_line(points: Array, s: Array, s_m: float, d_m: float, length_m: float) -> Sweep:

@@ -19,7 +19,7 @@ from vehicle_agent.planning.waypoint.following import (
     uncertainty_commands,
 )
 from vehicle_agent.planning.waypoint.gap import GapRule
-from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, outlines, sweep_arc, sweep_line
+from vehicle_agent.planning.waypoint.obstacle import ObstacleRule, sweep_arc, sweep_line
 from vehicle_agent.planning.waypoint.recorded import RecordedWay, waypoints_on_line
 from vehicle_agent.planning.waypoint.selector import SpeedCommand, lowest
 from vehicle_agent.planning.waypoint.signs import SignMemory, SignRule
@@ -125,7 +125,6 @@ class WaypointPlanning(msgspec.Struct, frozen=True):
         rule, points, kerbs = self.obstacle, world.points_map, world.points_map[:0]
         if len(world.is_low) == len(points):
             points, kerbs = points[~world.is_low], points[world.is_low]
-        points = np.vstack((points, outlines(world.tracks)))
         check_m = rule.check_m(max(self.waypoints.speed_mps_max, ego.speed_mps))
         beside_m = math.inf
         if rule.along == "arc":

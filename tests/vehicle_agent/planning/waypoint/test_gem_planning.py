@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.vehicle_agent.planning.builders import ROOM, TICK_NS, a_task, a_world, an_ego
 from vehicle_agent.planning.waypoint.waypoint_planning import WaypointPlanningState
-from vehicle_agent.signals import PEDESTRIAN, VEHICLE, Path, Task, Tracks, World
+from vehicle_agent.signals import Path, Task, World
 
 
 def planned(
@@ -41,15 +41,6 @@ def test_an_obstacle_limits_by_its_distance() -> None:
     path = first(a_world((20.0 + 3.5 + 12.5, 0.0)), a_task())
     assert path.limited_by == "obstacle"
     assert abs(path.speed_mps - 1.5) < 1e-9
-
-
-def test_who_has_a_track_and_no_cell_limits_too_and_a_tracked_vehicle_does_not() -> None:
-    """Below a roof lidar's beams nobody has a cell; fleet vehicles have the rule of the gap."""
-    place, still = np.array([[20.0 + 3.5 + 12.75, 0.0, 0.3]]), np.zeros((1, 2))
-    for kind, speed_mps in ((PEDESTRIAN, 1.5), (VEHICLE, 3.0)):
-        track = Tracks(1, np.array([1]), np.array([kind]), place, still, np.full((1, 2), 0.5))
-        path = first(msgspec.structs.replace(a_world(), tracks=track), a_task())
-        assert abs(path.speed_mps - speed_mps) < 0.01
 
 
 def test_somebody_who_steps_in_close_is_an_emergency() -> None:
