@@ -190,9 +190,9 @@ def waypoint_control(profile: Profile) -> WaypointControl:
 def guard(profile: Profile) -> Guard:
     """The guard with the profile's limits and the ages of `rates`.
 
-    Without a lidar and without a tracker it expects no percepts.
+    Without a lidar and without a tracker the GEM stack's expects no percepts.
     """
-    perceives = profile.lidar.rate_hz > 0.0 or profile.has_tracker
+    perceives = profile.lidar.rate_hz > 0.0 or profile.has_tracker or profile.stack != "gem"
     body, limits = profile.body, profile.limits
     brakes = brake_map(profile)
     return Guard(

@@ -41,6 +41,8 @@ def test_a_profile_with_impossible_announcements_is_refused_by_name(line: str, t
         ("gem", NO_LIDAR, "own", False),
         ("gem", NO_LIDAR, "tracker", True),
         ("nus", NO_LIDAR, "tracker", True),
+        ("nus", NO_LIDAR, "own", True),
+        ("snow_lion", NO_LIDAR, "own", True),
         ("snow_lion", NO_LIDAR, "tracker", True),
     ],
 )
