@@ -9,6 +9,7 @@ from vehicle_agent.perception.laser_people.people import LaserPeople, LaserPeopl
 from vehicle_agent.perception.laser_people.verification import RegionScorer
 from vehicle_agent.perception.own_tracks import TracksWorker
 from vehicle_agent.perception.points.chain import PointPerception
+from vehicle_agent.perception.signs.boards import SignFinder
 from vehicle_agent.perception.thinned_scans import ScanThinning
 from vehicle_agent.signals import ObstaclePercept, Percept
 from vehicle_agent.signals.objects import SeenObjects
@@ -111,9 +112,13 @@ class PeopleWorker(TracksWorker):
     """
 
     def __init__(
-        self, perception: PointPerception, people: PeopleFinder, thinning: ScanThinning | None = None
+        self,
+        perception: PointPerception,
+        people: PeopleFinder,
+        thinning: ScanThinning | None = None,
+        sign_finder: SignFinder | None = None,
     ) -> None:
-        super().__init__(perception, people, thinning)
+        super().__init__(perception, people, thinning, sign_finder)
         self.people, self._cell_m = people, perception.grid.cell_m
 
     def percepts(self, rows: np.ndarray, stamp_ns: int) -> tuple[Percept, ...]:

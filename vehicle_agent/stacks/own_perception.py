@@ -31,6 +31,8 @@ _BLIND_M = 1.7
 _BELOW_AHEAD_M, _BELOW_ASIDE_M = 3.5, 1.0
 # Who stands so far behind the bumper, beside the vehicle, does not step before it.
 _FRONT_CORNER_M = 0.5
+# Of a person, no more than what is higher than this is in beams that pass there: too little for a cluster.
+_HEAD_M = 1.35
 # The middle of a person is no nearer to the flank; before the bumper it may lean over by half of that.
 _HALF_PERSON_M = 0.2
 
@@ -38,13 +40,13 @@ _HALF_PERSON_M = 0.2
 def tracks_worker(profile: Profile, signs: SignFinder | None = None) -> TracksWorker:
     """Clusters; for the Snow Lion the network besides, which has learned from its four lidars.
 
-    For a NUS vehicle with a planar scanner for people, that scanner and the camera (`lacking` says of what
-    there is too little). signs: what reads signs in the same scans; None for a stack that reads none.
+    For a GEM or NUS vehicle with a planar scanner for people, that scanner and the camera (`lacking` says of
+    what there is too little). signs: what reads signs in the same scans; None for a stack that reads none.
     Raises DetectorFileError.
     """
     points = point_perception(profile)
-    if profile.stack == "nus" and profile.people_scanner.rate_hz > 0.0:
-        return PeopleWorker(points, people_finder(profile), scan_thinning(profile))
+    if profile.stack != "snow_lion" and profile.people_scanner.rate_hz > 0.0:
+        return PeopleWorker(points, people_finder(profile), scan_thinning(profile), signs)
     network = NetworkFinder(detector(profile)) if profile.stack == "snow_lion" else None
     return TracksWorker(points, network, scan_thinning(profile), signs)
 
@@ -80,11 +82,15 @@ def pinhole_camera(profile: Profile) -> PinholeCamera:
 
 def lacking(profile: Profile) -> str:
     """What own perception does without in this installation, as a sentence for an operator; "": nothing."""
-    if profile.stack != "nus" or profile.perception != "own":
+    scanner, camera = profile.people_scanner, profile.camera
+    if profile.stack == "snow_lion" or profile.perception != "own":
         return ""
-    if profile.people_scanner.rate_hz <= 0.0:
-        return f"{profile.name} has no [people_scanner]: road users are found by the lidar on the roof alone"
-    if profile.camera.rate_hz <= 0.0:
+    if scanner.rate_hz <= 0.0:
+        return f"{profile.name} has no [people_scanner]: who is below the beams of its lidar is not seen"
+    if camera.rate_hz <= 0.0:
+        # The GEM paper's camera looks at no people.
+        if profile.stack == "gem":
+            return ""
         return f"{profile.name} has no [camera]: no picture verifies who is a person"
     try:
         opencv()
@@ -95,8 +101,9 @@ def lacking(profile: Profile) -> str:
 
 def point_perception(profile: Profile) -> PointPerception:
     """What finds cells, objects and tracks in the lidars' points, for the worker."""
-    body = profile.body
+    body, lidar = profile.body, profile.lidar
     half_m = 0.5 * body.width_m
+    steepest = math.tan(max(-lidar.elevation_rad_min, 0.01))
     return PointPerception(
         PointGrid(
             above_m=body.height_m + 0.1,
@@ -114,6 +121,7 @@ def point_perception(profile: Profile) -> PointPerception:
                 side_m=half_m + _BELOW_ASIDE_M,
             ),
         ),
+        unseen_m=(lidar.x_m, max(lidar.z_m - _HEAD_M, 0.0) / steepest),
     )
 
 

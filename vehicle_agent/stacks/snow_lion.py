@@ -6,13 +6,12 @@ from vehicle_agent.can.by_wire import codec_of
 from vehicle_agent.config import Limits, Profile
 from vehicle_agent.mission.mission import Mission
 from vehicle_agent.onboard.car import Car
-from vehicle_agent.perception.tracks import TrackingPerception
 from vehicle_agent.planning.behaviour.crossing_traffic import CrossingRules
 from vehicle_agent.planning.behaviour.decide import BehaviourRules
 from vehicle_agent.planning.motion.motion_planning import MotionPlanning
 from vehicle_agent.planning.motion.request import ClearanceLaw, DrivingLimits, MotionParams, Vehicle
 from vehicle_agent.planning.worker import MotionPlanner
-from vehicle_agent.stacks.rooms import announcer, cells, guard, mission_rules, smoothing
+from vehicle_agent.stacks.rooms import announcer, guard, mission_rules, road_users
 from vehicle_agent.stacks.scan_map import localization
 from vehicle_agent.stacks.snow_lion_control import control
 from vehicle_agent.world.observed import ObservedWorld
@@ -36,7 +35,7 @@ def snow_lion(profile: Profile, road_map: RoadMap, *, by_scans: bool = False) ->
     return Car(
         can=codec_of(profile),
         localization=localization(profile, road_map, by_scans=by_scans),
-        perception=TrackingPerception(cells(profile), smoothing(profile), has_lidar=has_lidar),
+        perception=road_users(profile),
         world=ObservedWorld(
             network,
             Surroundings(body.front_overhang_m, body.rear_overhang_m, half_m),

@@ -91,6 +91,16 @@ def test_without_a_camera_what_moves_is_told_of_as_something_that_moves() -> Non
     assert tracks.velocities_base_mps[0] == pytest.approx((0.0, 1.2), abs=0.4)
 
 
+def test_who_stood_before_the_bumper_and_walks_on_is_followed_though_the_roof_does_not_see_them() -> None:
+    cart = Cart(None)
+    assert len(cart.run(200, 4.0, -1.0, 0.0).ids) == 0, "it could be a bollard, and its cells say so"
+    begin_s = cart.number * STEP_NS * 1e-9
+    tracks = cart.run(80, 4.0, -1.0 - 1.2 * begin_s, 1.2)
+    assert len(tracks.ids) == 1
+    assert tracks.velocities_base_mps[0] == pytest.approx((0.0, 1.2), abs=0.4)
+    assert tracks.poses_base[0, :2] == pytest.approx((4.0, -1.0 + 1.2 * 1.6), abs=0.3)
+
+
 def test_pictures_are_asked_for_where_something_is_and_seldom_where_nothing_is() -> None:
     cart = Cart(Scorer([]))
     cart.run(8, 12.0, 1.0, 0.0)
@@ -131,6 +141,13 @@ def test_what_stands_before_the_bumper_is_a_cell_though_the_roof_does_not_see_it
     assert len(seen.cells_base) == 0, "on a slope the laser could meet the road there"
 
 
+def test_a_gem_vehicle_with_a_planar_scanner_sees_people_with_it_and_reads_signs() -> None:
+    worker = build_perception_worker(msgspec.structs.replace(profile_of("gem"), perception="own"))
+    assert isinstance(worker, PeopleWorker)
+    assert not worker.looks_at_pictures
+    assert len(worker.signs(Cart.flat(), START_NS)) == 1
+
+
 def test_what_own_perception_lacks_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> None:
         raise own_perception.CameraLibraryMissing("install it with `make camera`")
@@ -140,5 +157,8 @@ def test_what_own_perception_lacks_is_said(monkeypatch: pytest.MonkeyPatch) -> N
     assert "make camera" in perception_lacks(CART)
     assert isinstance(build_perception_worker(CART), PeopleWorker), "laser and lidar go on alone"
     assert "[people_scanner]" in perception_lacks(Profile(stack="nus", perception="own"))
+    assert "[people_scanner]" in perception_lacks(Profile(stack="gem", perception="own"))
+    shuttle = msgspec.structs.replace(profile_of("gem"), perception="own")
+    assert perception_lacks(shuttle) == "", "the GEM paper's camera looks at no people"
     assert perception_lacks(Profile(stack="snow_lion", perception="own")) == ""
     assert perception_lacks(profile_of("nus")) == ""

@@ -3,7 +3,7 @@
 import msgspec
 import numpy as np
 
-from contract.geometry import Pose2
+from contract.geometry import Array, BoolArray, Pose2
 from vehicle_agent.perception.points.cells import PointHeights, lowest_heights, percept_of, point_heights
 from vehicle_agent.perception.points.clusters import ClusterParams, objects_of_points
 from vehicle_agent.perception.points.grid import PointGrid
@@ -23,11 +23,13 @@ class PointPerception(msgspec.Struct, frozen=True):
     grid      extent and rules of the cells; `above_m` and the outline are the vehicle's
     clusters  which objects are looked for
     tracker   gives them identities and velocities
+    unseen_m  x and radius: nearer to (x, 0), base frame, little more than people's heads is in the beams
     """
 
     grid: PointGrid
     clusters: ClusterParams = ClusterParams()
     tracker: ObjectTracker = ObjectTracker()
+    unseen_m: tuple[float, float] = (0.0, 0.0)
 
     def initial(self) -> ObjectTrackerState:
         return self.tracker.initial()
@@ -54,7 +56,7 @@ class PointPerception(msgspec.Struct, frozen=True):
         cells = percept_of(heights, stamp_ns, self.grid)
         seen = objects_of_points(points, heights, stamp_ns, self.grid, self.clusters)
         if found is not None:
-            seen = union(seen, found)
+            seen = union(seen, found, self._is_unseen(found.poses_base[:, :2]))
         seen = self._with_visible_heights(seen, points, heights)
         tracks, state = self.tracker.step(state, seen, pose_map)
         return cells, tracks, state
@@ -72,6 +74,12 @@ class PointPerception(msgspec.Struct, frozen=True):
     ) -> ObjectTrackerState:
         """With people of whom an earlier worker knew, as `ObjectTracker` says."""
         return self.tracker.with_below(state, people_base, pose_map)
+
+    def _is_unseen(self, places_base: Array) -> BoolArray:
+        """(n,) places (n, 2) where the points may show nothing of a person whom another sensor sees."""
+        x_m, radius_m = self.unseen_m
+        near: BoolArray = np.hypot(places_base[:, 0] - x_m, places_base[:, 1]) < radius_m
+        return near | self.tracker.below_beams.contains(places_base)
 
     def _with_visible_heights(
         self, seen: SeenObjects, points: np.ndarray, heights: PointHeights

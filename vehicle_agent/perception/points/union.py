@@ -14,8 +14,11 @@ SCORE_MIN = 0.35
 _MARGIN_M, _PERSON_MARGIN_M = 0.3, 0.05
 
 
-def union(clusters: SeenObjects, finder: SeenObjects) -> SeenObjects:
+def union(clusters: SeenObjects, finder: SeenObjects, alone: BoolArray | None = None) -> SeenObjects:
     """The finder's objects, and the clusters in none of them: what no network has learned stays seen.
+
+    alone  (k,) which of the finder's objects are where the points show nobody: there it need not be sure of
+           what has no kind
 
     An object of the finder that has no kind gives way to a cluster in it. A vehicle whose returns show its
     box has the cluster's: a network's is off by some tenths of a metre, differently in each scan, and the
@@ -30,7 +33,8 @@ def union(clusters: SeenObjects, finder: SeenObjects) -> SeenObjects:
     places = clusters.poses_base[:, :2]
     left = ~_inside(places, finder.poses_base[known], finder.sizes_m[known], margins).any(axis=1)
     within = _inside(places, finder.poses_base, finder.sizes_m, margins).any(axis=0)
-    kept = known | (sure & ~has_kind & ~within)
+    trusted = sure if alone is None else sure | alone
+    kept = known | (trusted & ~has_kind & ~within)
     return SeenObjects(
         clusters.stamp_ns,
         np.concatenate((finder.kinds[kept], clusters.kinds[left])),

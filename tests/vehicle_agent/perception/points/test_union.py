@@ -40,6 +40,14 @@ def test_what_a_finder_has_no_kind_for_gives_way_to_a_cluster_and_stays_where_th
     assert found.poses_base[found.kinds == OTHER, 0].tolist() == [4.0]
 
 
+def test_where_the_points_show_nobody_an_unsure_thing_without_a_kind_counts() -> None:
+    unsure = seen((OTHER, 0.25, 4.0, 0.0, 0.4), (OTHER, 0.25, 9.0, 0.0, 0.4), (VEHICLE, 0.25, 4.0, 3.0, 4.5))
+    found = union(seen(), unsure, np.array([True, False, True]))
+    assert found.poses_base[:, :2].tolist() == [[4.0, 0.0]]
+    under_a_cluster = seen((PEDESTRIAN, 0.8, 4.0, 0.0, 0.5))
+    assert union(under_a_cluster, unsure, np.ones(3, np.bool_)).kinds.tolist() == [OTHER, PEDESTRIAN]
+
+
 def test_an_unsure_network_changes_nothing() -> None:
     clusters = seen((PEDESTRIAN, 0.8, 10.0, 2.0, 0.5))
     found = union(clusters, seen((VEHICLE, SCORE_MIN - 0.01, 10.0, 2.0, 4.5)))

@@ -61,6 +61,20 @@ def test_who_comes_in_by_the_front_is_left_as_predicted() -> None:
     assert held_at_flanks(ahead, ORIGIN, BOX).discs.tobytes() == ahead.discs.tobytes()
 
 
+def test_who_is_right_at_a_flank_makes_no_more_room_than_their_velocity_proves() -> None:
+    at_2s = np.searchsorted(TIMES_S, 2.0)
+
+    def room_made_m(gap_m: float, away_mps: float) -> float:
+        start_m = BOX.half_width_m + RADIUS_M + gap_m
+        moving = held_at_flanks(walking(BOX.front_m - 1.2, start_m, 0.9, away_mps), ORIGIN, BOX)
+        assert moving.discs[at_2s, 0, 0] == pytest.approx(BOX.front_m - 1.2 + 1.8), "they walk on along it"
+        return float(moving.discs[at_2s, 0, 1]) - start_m
+
+    assert room_made_m(0.1, 0.3) == pytest.approx(0.0, abs=1e-9)
+    assert room_made_m(0.1, 1.2) > 2.0
+    assert room_made_m(0.5, 0.3) == pytest.approx(0.6), "at arm's length they are left as predicted"
+
+
 def test_vehicles_are_left_as_predicted() -> None:
     crossing = walking(1.0, 4.0, 0.0, -1.0)._replace(pedestrian=np.array([False]))
     assert held_at_flanks(crossing, ORIGIN, BOX).discs.tobytes() == crossing.discs.tobytes()

@@ -195,6 +195,17 @@ def test_who_stands_but_seems_to_walk_away_is_passed_as_slowly_as_who_stands() -
     assert walks > 4.0
 
 
+def test_who_is_at_hand_and_hardly_walks_makes_no_room_by_their_velocitys_error() -> None:
+    def room_mps(aside_m: float, velocity: tuple[float, float]) -> float:
+        found, _ = occupied(people((FRONT + 0.1, HALF + 0.25 + aside_m, *velocity)))
+        return float(found.room_mps[0, 0])
+
+    trembles, walks = (0.3, 0.2), (0.9, 0.5)
+    assert room_mps(0.3, trembles) == pytest.approx(room_mps(0.3, (0.0, 0.0)))
+    assert room_mps(0.3, walks) > 2.0 * room_mps(0.3, trembles)
+    assert room_mps(0.7, trembles) > 1.2 * room_mps(0.7, (0.0, 0.0)), "out of reach they are believed"
+
+
 def test_who_comes_towards_the_vehicle_needs_more_room_to_stop_than_who_stands() -> None:
     x = FRONT + 0.25 + 10.0
     stands, comes = (

@@ -21,6 +21,8 @@ _ROOM_M, _RIDER_ROOM_M = 2.5, 5.0
 # The velocity of a person slower than _SLOW_MPS is in good part the tracker's error, seldom more than
 # _ERROR_MPS: who stands seems to walk away.
 _SLOW_MPS, _ERROR_MPS = 0.8, 0.4
+# Nearer to the body than this, it decides whether the vehicle creeps.
+_AT_HAND_M = 0.5
 # A rider who goes the vehicle's way at this speed or more may turn in.
 _RIDES_MPS = 1.0
 
@@ -107,7 +109,8 @@ def projected(
         if start.behind[a] and not start.inside[a]:
             continue
         hard = min(params.hard_margin_m, max(start.gap_m[a] - 0.02, 0.0))
-        _occupy(sweep, moving, m, hard, params, stretches, (limit, room))
+        is_at_hand = start.gap_m[a] < _AT_HAND_M
+        _occupy(sweep, moving, m, hard, is_at_hand, params, stretches, (limit, room))
     # The samples are `spacing` apart: the true ends are up to so much farther.
     _widen(stretches.hard_low, stretches.hard_high, sweep.spacing)
     _widen(stretches.soft_low, stretches.soft_high, sweep.spacing)
@@ -160,6 +163,7 @@ def _occupy(
     moving: MovingDiscs,
     m: int,
     hard: float,
+    is_at_hand: bool,
     params: ProjectionParams,
     stretches: _Stretches,
     limits: tuple[Array, Array],
@@ -199,7 +203,7 @@ def _occupy(
                 low[t, a], high[t, a] = min(low[t, a], u), max(high[t, a], u)
             if gap < soft:
                 soft_low[t, a], soft_high[t, a] = min(soft_low[t, a], u), max(soft_high[t, a], u)
-            beside = gap
+            beside, sx, sy = gap, px, py
             if believed < 1.0:
                 sx = discs[0, m, 0] + believed * (px - discs[0, m, 0])
                 sy = discs[0, m, 1] + believed * (py - discs[0, m, 1])
@@ -211,6 +215,9 @@ def _occupy(
                 if beside < params.law.delta_m_max:
                     limit[t, j] = min(limit[t, j], law_speed(beside, params.law))
                 room[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.room, room[t, j])
+                if is_at_hand and believed < 1.0:
+                    slow = (sx, sy, believed * vx, believed * vy)
+                    room[t, j] = speed_with_room(at, box, slow, radius, params.room, room[t, j])
             elif is_rider and vx * at.cos + vy * at.sin > max(abs(vy * at.cos - vx * at.sin), _RIDES_MPS):
                 room[t, j] = speed_with_room(at, box, (px, py, vx, vy), radius, params.rider_room, room[t, j])
             j += 1
