@@ -6,15 +6,15 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, BoolArray, Pose2
-from vehicle_agent.planning.motion.agents import MovingDiscs
+from vehicle_agent.planning.motion.agents import MovingDiscs, believed_share
 from vehicle_agent.planning.motion.clearance import Box
 
 # What people who walk up to a flank keep from it, or what they have now if that is less.
 _KEPT_M = 0.3
 # Who is this far behind the bumper can still step in front of it.
 CORNER_M = 0.3
-# By the tracker's error, somebody beside the body seems to be so far in it, and to walk away from it so fast.
-_ERROR_M, _ERROR_MPS = 0.05, 0.4
+# By the tracker's error, somebody beside the body seems to be so far in it.
+_ERROR_M = 0.05
 
 
 def held_at_flanks(moving: MovingDiscs, start_map: Pose2, box: Box) -> MovingDiscs:
@@ -69,7 +69,7 @@ def held(times_s: Array, discs: Array, pedestrian: BoolArray, pose: Array, box: 
                     before = here
                     if gap < _KEPT_M:
                         flank, begin = here, abs(across)
-                        believed = _believed_share(times_s, discs[:, m], here * -sin, here * cos)
+                        believed = believed_share(_speed_mps(times_s, discs[:, m], here * -sin, here * cos))
                 elif gap <= 0.0:
                     break
             is_beside = -box.rear_m <= along <= box.front_m - CORNER_M
@@ -92,14 +92,13 @@ def held(times_s: Array, discs: Array, pedestrian: BoolArray, pose: Array, box: 
 
 
 @njit(cache=True)
-def _believed_share(times_s: Array, places: Array, out_x: float, out_y: float) -> float:
-    """How much of the way (T, 2) in the direction `out` is believed, by the velocity of its first second."""
+def _speed_mps(times_s: Array, places: Array, out_x: float, out_y: float) -> float:
+    """The speed in the direction `out` in the first second of a way; places (T, 3), x and y first."""
     t = len(times_s) - 1
     while t > 0 and times_s[t - 1] >= 1.0:
         t -= 1
     if t == 0:
-        return 1.0
+        return 0.0
     moved_m = (places[t, 0] - places[0, 0]) * out_x + (places[t, 1] - places[0, 1]) * out_y
-    out_mps = moved_m / (times_s[t] - times_s[0])
-    share: float = max(1.0 - (_ERROR_MPS / max(out_mps, 1e-6)) ** 2, 0.0)
-    return share
+    speed_mps: float = moved_m / (times_s[t] - times_s[0])
+    return speed_mps

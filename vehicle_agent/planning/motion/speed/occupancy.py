@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array, BoolArray
-from vehicle_agent.planning.motion.agents import MovingDiscs
+from vehicle_agent.planning.motion.agents import MovingDiscs, believed_share
 from vehicle_agent.planning.motion.clearance import Box, BoxPose, box_distance
 from vehicle_agent.planning.motion.flanks import is_at_flank
 from vehicle_agent.planning.motion.path.path_samples import PathSamples
@@ -18,9 +18,8 @@ from vehicle_agent.planning.motion.speed.speed_limits import law_speed
 
 # The stopping room of a person farther away than this is not checked.
 _ROOM_M, _RIDER_ROOM_M = 2.5, 5.0
-# The velocity of a person slower than _SLOW_MPS is in good part the tracker's error, seldom more than
-# _ERROR_MPS: who stands seems to walk away.
-_SLOW_MPS, _ERROR_MPS = 0.8, 0.4
+# The velocity of a slower person is in good part the tracker's error: who stands seems to walk away.
+_SLOW_MPS = 0.8
 # Nearer to the body than this, it decides whether the vehicle creeps.
 _AT_HAND_M = 0.5
 # A rider who goes the vehicle's way at this speed or more may turn in.
@@ -232,8 +231,7 @@ def _believed_share(moving: MovingDiscs, m: int) -> float:
     )
     if speed_mps <= 0.0 or speed_mps >= _SLOW_MPS:
         return 1.0
-    share: float = max(1.0 - (_ERROR_MPS / speed_mps) ** 2, 0.0)
-    return share
+    return believed_share(speed_mps)
 
 
 @njit(cache=True)
