@@ -44,6 +44,15 @@ class Drivetrain(msgspec.Struct, frozen=True):
         """(12,) the parameters for the kernels, in the order of the fields."""
         return np.array(msgspec.structs.astuple(self), dtype=np.float64)
 
+    def with_gains(self, drive_gain: float, brake_gain: float) -> "Drivetrain":
+        """The response of a vehicle whose throttle and brake are so many times as strong."""
+        return msgspec.structs.replace(
+            self,
+            throttle_per_mps2=self.throttle_per_mps2 / drive_gain,
+            brake_offset=self.brake_offset - self.brake_gain * math.log(brake_gain),
+            brake_knee_mps2=self.brake_knee_mps2 * brake_gain,
+        )
+
     def pending_commands_max(self, dt_s: float) -> int:
         """Number of commands that may not have taken effect yet."""
         return math.ceil(max(self.steer_delay_s, self.throttle_delay_s, self.brake_delay_s) / dt_s) + 2

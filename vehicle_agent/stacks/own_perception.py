@@ -83,7 +83,13 @@ def pinhole_camera(profile: Profile) -> PinholeCamera:
 def lacking(profile: Profile) -> str:
     """What own perception does without in this installation, as a sentence for an operator; "": nothing."""
     scanner, camera = profile.people_scanner, profile.camera
-    if profile.stack == "snow_lion" or profile.perception != "own":
+    if profile.perception != "own":
+        return ""
+    if profile.stack == "snow_lion":
+        if scanner.rate_hz > 0.0:
+            return (
+                f"the [people_scanner] of {profile.name} is not used: this stack finds people by its lidars"
+            )
         return ""
     if scanner.rate_hz <= 0.0:
         return f"{profile.name} has no [people_scanner]: who is below the beams of its lidar is not seen"

@@ -40,7 +40,7 @@ def control(profile: Profile) -> TrajectoryControl:
                 decel_mps2_max=limits.decel_mps2_max * _PLANNED_BRAKING,
                 jerk_mps3_max=driving.jerk_mps3_max,
             ),
-            pedal_controller=PedalController(drivetrain=drivetrain, dt_s=_TICK_S),
+            pedal_controller=PedalController(dt_s=_TICK_S),
             decel_mps2_comfort=limits.decel_mps2_comfort,
             dt_s=_TICK_S,
         ),

@@ -36,6 +36,7 @@ from vehicle_agent.signals import (
 from vehicle_agent.signals.rates import TICK_NS
 from vehicle_agent.stacks.choice import build_car, build_planner
 from vehicle_agent.stacks.rooms import guard, height_map
+from vehicle_agent.stacks.snow_lion_control import control
 
 _TICKS = 60
 
@@ -70,6 +71,8 @@ def warm_tick(profile: Profile) -> None:
     _drive(profile, _with_observation_area(straight_road()))
     warm_standing()
     warm_guard(profile)
+    if profile.stack == "snow_lion":
+        warm_rolling(profile)
 
 
 def warm_standing() -> None:
@@ -92,6 +95,18 @@ def warm_guard(profile: Profile) -> None:
     movers, obstacles = avoidance.road_users(world, ego)
     avoidance.brake_ratio(obstacles, ego, motion, 0.1, 2.0, False)
     avoidance.may_set_off(movers, obstacles, 0.1)
+    avoidance.alongside_mps(movers)
+
+
+def warm_rolling(profile: Profile) -> None:
+    """Warms what Snow Lion's control learns from a vehicle that rolls: in the drive above it stands."""
+    observer = control(profile).observer
+    state, commands = observer.initial(), np.zeros((1, 3))
+    for number in (1, 2):
+        now_ns = number * TICK_NS
+        ego = Ego(now_ns, Pose2(0.0, 0.0, 0.0), 2.0, 0.0, 0.0, 0.0, 0.02, now_ns, True)
+        motion = VehicleMotion(now_ns, 2.0, 0.0, 0.0, 0.0, True, False, True, 1.0)
+        state = observer.step(state, ego, motion, commands, False)
 
 
 def _drive(profile: Profile, road_map: RoadMap) -> None:

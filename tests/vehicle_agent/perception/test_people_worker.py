@@ -158,6 +158,10 @@ def test_what_own_perception_lacks_is_said(monkeypatch: pytest.MonkeyPatch) -> N
     assert isinstance(build_perception_worker(CART), PeopleWorker), "laser and lidar go on alone"
     assert "[people_scanner]" in perception_lacks(Profile(stack="nus", perception="own"))
     assert "[people_scanner]" in perception_lacks(Profile(stack="gem", perception="own"))
+    lidars_alone = Profile(stack="snow_lion", perception="own")
+    assert perception_lacks(lidars_alone) == ""
+    with_scanner = msgspec.structs.replace(lidars_alone, people_scanner=CART.people_scanner)
+    assert "is not used" in perception_lacks(with_scanner)
     shuttle = msgspec.structs.replace(profile_of("gem"), perception="own")
     assert perception_lacks(shuttle) == "", "the GEM paper's camera looks at no people"
     assert perception_lacks(Profile(stack="snow_lion", perception="own")) == ""

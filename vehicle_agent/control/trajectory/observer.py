@@ -1,4 +1,4 @@
-"""Control's estimate of the vehicle: pose, speed, actuators, disturbance and biases."""
+"""Control's estimate of the vehicle: pose, speed, actuators, pedals and biases."""
 
 import math
 
@@ -19,6 +19,15 @@ from vehicle_agent.control.actuators import (
 )
 from vehicle_agent.control.learned_bounds import AT_BOUND_SHARE
 from vehicle_agent.control.mpc.lateral_model import Chassis, dynamic_share
+from vehicle_agent.control.trajectory.pedal_filter import (
+    PedalFilter,
+    PedalFilterState,
+    initial_pedal_state,
+    predict_speed,
+    update_speed,
+    with_known_speed,
+    without_disturbance,
+)
 from vehicle_agent.control.trajectory.pose_filter import (
     COMPLIANCE,
     STEER_BIAS,
@@ -37,19 +46,23 @@ class ObserverState(msgspec.Struct, frozen=True):
     """What the observer remembers.
 
     vehicle            (8,) see `actuators`: pose, actuators and speed now
-    disturbance_mps2   acceleration that the pedals do not explain
+    pedals             strength of the pedals, and the acceleration that they do not explain
     external_brake_ns  when a brake of the guard or the gate was last reported
     """
 
     pose_estimate: PoseFilterState
     vehicle: Array
-    disturbance_mps2: float = 0.0
+    pedals: PedalFilterState
     report_ns: int = 0
     external_brake_ns: int = 0
 
     @property
     def speed_mps(self) -> float:
         return float(self.vehicle[MSPEED])
+
+    @property
+    def disturbance_mps2(self) -> float:
+        return self.pedals.disturbance_mps2
 
     @property
     def steer_bias_rad(self) -> float:
@@ -61,31 +74,32 @@ class ObserverState(msgspec.Struct, frozen=True):
 
 
 class Observer(msgspec.Struct, frozen=True):
-    """speed_gain, disturbance_gain_1ps  share of a speed report's innovation for the speed and for the
-                         disturbance
-    wheels_gain           share of the reported wheel angle's deviation that corrects the estimate, a tick
-    disturbance_mps2_max  a larger one is a fault of the vehicle, not a load
+    """wheels_gain           share of the reported wheel angle's deviation that corrects the estimate, a tick
     turn_mps_min          slower, the yaw rate is not used for the steering bias
+    roll_mps_min          slower, what the vehicle does says more of its friction than of its pedals
     external_brake_ratio  a reported brake this far above the command is the guard's or the gate's; until
-                          external_brake_s after it the disturbance is not learned
+                          external_brake_s after it nothing is learned of the pedals
     steer_bias_rad        of the profile; the filter begins with it
     """
 
     drivetrain: Drivetrain = Drivetrain()
     chassis: Chassis = Chassis()
     filter: PoseFilter = PoseFilter()
-    speed_gain: float = 0.15
-    disturbance_gain_1ps: float = 0.2
+    pedal_filter: PedalFilter = PedalFilter()
     wheels_gain: float = 0.05
-    disturbance_mps2_max: float = 1.5
     turn_mps_min: float = 0.1
+    roll_mps_min: float = 0.1
     external_brake_ratio: float = 0.1
     external_brake_s: float = 0.5
     steer_bias_rad: float = 0.0
     dt_s: float = 0.02
 
     def initial(self) -> ObserverState:
-        return ObserverState(initial_filter_state(self.steer_bias_rad), np.zeros(VEHICLE_SIZE))
+        return ObserverState(
+            initial_filter_state(self.steer_bias_rad),
+            np.zeros(VEHICLE_SIZE),
+            initial_pedal_state(self.pedal_filter),
+        )
 
     def step(
         self, state: ObserverState, ego: Ego, motion: VehicleMotion, commands: Array, standing: bool
@@ -98,11 +112,11 @@ class Observer(msgspec.Struct, frozen=True):
             ego.stamp_ns if self.is_braked_externally(motion, commands) else state.external_brake_ns
         )
         may_learn = external_brake_ns == 0 or ego.stamp_ns - external_brake_ns > self.external_brake_s * 1e9
-        vehicle, disturbance_mps2 = self._propagated(state, motion, commands, standing, may_learn)
+        vehicle, pedals = self._propagated(state, motion, commands, standing, may_learn)
         report_ns = max(state.report_ns, motion.stamp_ns)
         pose_estimate = self._located(state.pose_estimate, ego, vehicle)
         vehicle[: MYAW + 1] = pose_estimate.mean[:3]
-        return ObserverState(pose_estimate, vehicle, disturbance_mps2, report_ns, external_brake_ns)
+        return ObserverState(pose_estimate, vehicle, pedals, report_ns, external_brake_ns)
 
     def is_braked_externally(self, motion: VehicleMotion, commands: Array) -> bool:
         """The reported brake is more than the recent commands (m, 3) explain."""
@@ -110,16 +124,24 @@ class Observer(msgspec.Struct, frozen=True):
         return motion.enabled and motion.brake_ratio > commanded + self.external_brake_ratio
 
     def begun_again(self, state: ObserverState) -> ObserverState:
-        """Without what was learned: pose, biases and disturbance are estimated afresh."""
+        """Without what was learned: pose, biases and pedals are estimated afresh."""
         return msgspec.structs.replace(
-            state, pose_estimate=initial_filter_state(self.steer_bias_rad), disturbance_mps2=0.0
+            state,
+            pose_estimate=initial_filter_state(self.steer_bias_rad),
+            pedals=initial_pedal_state(self.pedal_filter),
         )
 
     def is_steering_at_bound(self, state: ObserverState) -> bool:
         return abs(state.steer_bias_rad) >= AT_BOUND_SHARE * self.filter.steer_bias_rad_max
 
-    def is_disturbance_at_bound(self, state: ObserverState) -> bool:
-        return abs(state.disturbance_mps2) >= AT_BOUND_SHARE * self.disturbance_mps2_max
+    def are_pedals_at_bound(self, state: ObserverState) -> bool:
+        limits, pedals = self.pedal_filter, state.pedals
+        gains = pedals.drive_gain, pedals.brake_gain
+        return (
+            abs(pedals.disturbance_mps2) >= AT_BOUND_SHARE * limits.disturbance_mps2_max
+            or min(gains) * AT_BOUND_SHARE <= limits.gain_min
+            or max(gains) >= AT_BOUND_SHARE * limits.gain_max
+        )
 
     def turn_params(self, state: ObserverState) -> Array:
         """(4,) the turn parameters of `actuators.propagate`."""
@@ -134,18 +156,22 @@ class Observer(msgspec.Struct, frozen=True):
             )
         )
 
-    def accel_mps2(self, vehicle: Array, disturbance_mps2: float) -> float:
+    def learned_drivetrain(self, state: ObserverState) -> Drivetrain:
+        """The identified response with the strength that was learned of its pedals."""
+        return self.drivetrain.with_gains(state.pedals.drive_gain, state.pedals.brake_gain)
+
+    def accel_mps2(self, vehicle: Array, state: ObserverState) -> float:
         """The acceleration of a vehicle (8,)."""
-        row = self.drivetrain.row()
-        return disturbance_mps2 + float(
+        row = self.learned_drivetrain(state).row()
+        return state.disturbance_mps2 + float(
             pedal_accel_mps2(vehicle[MTHROTTLE], vehicle[MBRAKE], vehicle[MSPEED], row)
         )
 
     def _propagated(
         self, state: ObserverState, motion: VehicleMotion, commands: Array, standing: bool, may_learn: bool
-    ) -> tuple[Array, float]:
-        """(vehicle, disturbance_mps2); may_learn: the disturbance is corrected by the speed report."""
-        vehicle, disturbance_mps2 = state.vehicle.copy(), state.disturbance_mps2
+    ) -> tuple[Array, PedalFilterState]:
+        """(vehicle, pedals); may_learn: the pedals are corrected by the speed report."""
+        vehicle = state.vehicle.copy()
         steer_rad = motion.steer_rad if math.isfinite(motion.steer_rad) else float(vehicle[MWHEELS])
         if not motion.enabled:
             vehicle[MWHEELS], vehicle[MTHROTTLE], vehicle[MBRAKE] = (
@@ -154,28 +180,42 @@ class Observer(msgspec.Struct, frozen=True):
                 motion.brake_ratio,
             )
             vehicle[MSPEED] = abs(motion.speed_mps) if math.isfinite(motion.speed_mps) else vehicle[MSPEED]
-            return vehicle, 0.0
+            return vehicle, without_disturbance(state.pedals, self.pedal_filter)
         propagate(
             vehicle,
             commands,
             -self.dt_s,
             0.0,
-            disturbance_mps2,
+            state.disturbance_mps2,
             self.turn_params(state),
             self.dt_s,
-            self.drivetrain.row(),
+            self.learned_drivetrain(state).row(),
         )
         vehicle[MWHEELS] += self.wheels_gain * (steer_rad - vehicle[MWHEELS])
-        if not may_learn and math.isfinite(motion.speed_mps):
-            vehicle[MSPEED] = abs(motion.speed_mps)
-        elif motion.stamp_ns > state.report_ns and math.isfinite(motion.speed_mps):
-            innovation = motion.speed_mps - float(vehicle[MSPEED])
-            vehicle[MSPEED] = max(0.0, vehicle[MSPEED] + self.speed_gain * innovation)
-            if not standing:
-                disturbance_mps2 += self.disturbance_gain_1ps * innovation
-        if standing:
-            vehicle[MSPEED] = abs(motion.speed_mps) if math.isfinite(motion.speed_mps) else 0.0
-        return vehicle, min(max(disturbance_mps2, -self.disturbance_mps2_max), self.disturbance_mps2_max)
+        has_speed = math.isfinite(motion.speed_mps)
+        if standing or (has_speed and not may_learn):
+            vehicle[MSPEED] = abs(motion.speed_mps) if has_speed else 0.0
+            return vehicle, with_known_speed(state.pedals)
+        is_new = has_speed and motion.stamp_ns > state.report_ns
+        return vehicle, self._learned_pedals(state.pedals, vehicle, motion.speed_mps if is_new else math.nan)
+
+    def _learned_pedals(self, pedals: PedalFilterState, vehicle: Array, speed_mps: float) -> PedalFilterState:
+        """The pedals after this tick; the speed of the vehicle (8,) is corrected in place.
+
+        speed_mps  as reported, nan without a new report
+        """
+        mean, covariance, n = pedals.mean.copy(), pedals.covariance.copy(), self.pedal_filter.row()
+        row = self.drivetrain.row()
+        speed, throttle, brake = float(vehicle[MSPEED]), float(vehicle[MTHROTTLE]), float(vehicle[MBRAKE])
+        coasting_mps2 = pedal_accel_mps2(0.0, 0.0, speed, row)
+        drive_mps2 = pedal_accel_mps2(throttle, 0.0, speed, row) - coasting_mps2
+        brake_mps2 = coasting_mps2 - pedal_accel_mps2(0.0, brake, speed, row)
+        rolls = speed > self.roll_mps_min
+        predict_speed(covariance, drive_mps2 * rolls, brake_mps2 * rolls, self.dt_s, n)
+        if math.isfinite(speed_mps):
+            corrected_mps = speed + update_speed(mean, covariance, speed_mps - speed, n)
+            vehicle[MSPEED] = max(0.0, corrected_mps)
+        return PedalFilterState(mean, covariance)
 
     def _located(self, pose_estimate: PoseFilterState, ego: Ego, vehicle: Array) -> PoseFilterState:
         pose, n = ego.pose_map, self.filter.row()

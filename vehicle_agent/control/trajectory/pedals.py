@@ -16,14 +16,13 @@ class PedalState(msgspec.Struct, frozen=True):
 
 
 class PedalController(msgspec.Struct, frozen=True):
-    """The inverse of the identified response.
+    """The inverse of the response.
 
     hysteresis_mps2  pedals change this far beyond coasting, so that they do not alternate
     hold_ratio, hold_ratio_1ps  the brake that holds the vehicle, and the rate at which it is applied
     release_1ps      rate at which it is released
     """
 
-    drivetrain: Drivetrain = Drivetrain()
     throttle_ratio_max: float = 0.8
     hysteresis_mps2: float = 0.06
     hold_ratio: float = 0.5
@@ -31,9 +30,11 @@ class PedalController(msgspec.Struct, frozen=True):
     release_1ps: float = 5.0
     dt_s: float = 0.02
 
-    def step(self, pedals: PedalState, accel_mps2: float, speed_mps: float) -> PedalState:
-        """The pedals that give a nominal vehicle on level ground this acceleration."""
-        d = self.drivetrain
+    def step(
+        self, pedals: PedalState, accel_mps2: float, speed_mps: float, drivetrain: Drivetrain
+    ) -> PedalState:
+        """The pedals that give a vehicle of this response, on level ground, this acceleration."""
+        d = drivetrain
         above_coast = accel_mps2 + d.coast_mps2
         braking = above_coast < (self.hysteresis_mps2 if pedals.braking else -self.hysteresis_mps2)
         if braking:

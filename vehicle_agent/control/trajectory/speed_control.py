@@ -80,7 +80,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
 
         The vehicle is at own_s_m, t_s after the rows' stamp.
         """
-        drivetrain = observer.drivetrain
+        drivetrain = observer.learned_drivetrain(estimate)
         lead_s = drivetrain.brake_delay_s if state.pedals.braking else drivetrain.throttle_delay_s
         vehicle = estimate.vehicle.copy()
         vehicle[MS] = own_s_m
@@ -107,14 +107,17 @@ class SpeedControl(msgspec.Struct, frozen=True):
         if self._is_standing(state.pedals, estimate.speed_mps, speeds_mps):
             new = SpeedControlState(self.pedal_controller.hold(state.pedals), 0.0, cold_start(N))
             return SpeedControlResult(new, np.zeros(N + 1), lead_s, behind_m, speed_error_mps, False, True, 0)
-        accel_mps2 = observer.accel_mps2(vehicle, estimate.disturbance_mps2)
+        accel_mps2 = observer.accel_mps2(vehicle, estimate)
         solution = self._solved(state, speeds_mps, behind_m, speed_error_mps, vehicle, accel_mps2)
         command = state.accel_mps2 + float(solution.inputs[0]) * self.dt_s
         remaining_m = next_stop_m(rows, s, t_s + lead_s) - float(vehicle[MS])
         command = self._stop_command(command, state.accel_mps2, float(vehicle[MSPEED]), remaining_m)
         command = min(max(command, -self.mpc.decel_mps2_max), self.mpc.accel_mps2_max)
         pedals = self.pedal_controller.step(
-            state.pedals, command - self._disturbance_mps2(estimate, command), float(vehicle[MSPEED])
+            state.pedals,
+            command - self._disturbance_mps2(estimate, command),
+            float(vehicle[MSPEED]),
+            drivetrain,
         )
         expected_mps = expected_speeds(
             solution.inputs, float(vehicle[MSPEED]), accel_mps2, command, self.mpc.accel_lag_s, dt_s

@@ -60,7 +60,7 @@ class SteerControl(msgspec.Struct, frozen=True):
             estimate.disturbance_mps2,
             turn_params,
             self.dt_s,
-            observer.drivetrain.row(),
+            observer.learned_drivetrain(estimate).row(),
         )
         s_m, offset_m = nearest(rows, s, vehicle[MX], vehicle[MY], vehicle[MS], self.search_m)
         yaw_rad, curvature_1pm = at_length(rows, s, s_m)

@@ -105,7 +105,7 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
         bounds, begins_again = self.bounds.step(
             state.bounds,
             self.observer.is_steering_at_bound(estimate),
-            self.observer.is_disturbance_at_bound(estimate),
+            self.observer.are_pedals_at_bound(estimate),
             ego,
             motion,
         )
@@ -235,6 +235,8 @@ class TrajectoryControl(msgspec.Struct, frozen=True):
                 ("steer_bias_rad", estimate.steer_bias_rad),
                 ("tyre_compliance", estimate.compliance),
                 ("rest_accel_mps2", estimate.disturbance_mps2),
+                ("drive_gain", estimate.pedals.drive_gain),
+                ("brake_gain", estimate.pedals.brake_gain),
                 ("path_fault", float(reference.fault)),
                 ("solver_iterations", float(speed.iterations + steer.iterations)),
             ),

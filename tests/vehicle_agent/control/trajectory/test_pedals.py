@@ -14,7 +14,7 @@ ROW = Drivetrain().row()
 def test_the_pedals_give_the_acceleration_they_were_asked_for(accel: float, speed: float) -> None:
     foot = PedalState(holding=False)
     for _ in range(3):
-        foot = PedalController().step(foot, accel, speed)
+        foot = PedalController().step(foot, accel, speed, Drivetrain())
     given = pedal_accel_mps2(foot.throttle_ratio, foot.brake_ratio, speed, ROW)
     # Between the pedals nothing is pressed: there the vehicle coasts.
     assert given == pytest.approx(accel, abs=0.061 if abs(accel + 0.15) < 0.061 else 1e-3)
@@ -24,7 +24,7 @@ def test_the_foot_is_on_one_pedal_only_and_stays_there_for_a_whim() -> None:
     pedalling, foot = PedalController(), PedalState(holding=False)
     sides = []
     for whim in (0.03, -0.03, 0.03, -0.03):
-        foot = pedalling.step(foot, -0.15 + whim, 2.0)
+        foot = pedalling.step(foot, -0.15 + whim, 2.0, Drivetrain())
         sides.append(foot.braking)
         assert foot.throttle_ratio == 0.0 or foot.brake_ratio == 0.0
     assert len(set(sides)) == 1
@@ -36,7 +36,7 @@ def test_when_the_vehicle_sets_off_the_brake_goes_only_while_the_throttle_comes(
         foot = pedals.hold(foot)
     brakes = []
     for _ in range(10):
-        foot = pedals.step(foot, 0.5, 0.0)
+        foot = pedals.step(foot, 0.5, 0.0, Drivetrain())
         assert foot.throttle_ratio > 0.0
         brakes.append(foot.brake_ratio)
     assert brakes[:6] == pytest.approx([0.4, 0.3, 0.2, 0.1, 0.0, 0.0], abs=1e-9)

@@ -114,6 +114,30 @@ def test_it_starts_again_without_a_leap_and_brakes_without_a_jolt() -> None:
     assert np.all(run.drive.trace[stood, 4] == 0.0)
 
 
+@pytest.mark.parametrize("load_kg", [-280.0, 280.0])
+@pytest.mark.parametrize("throttle_full_mps2", [1.9, 3.1])
+@pytest.mark.parametrize("brake_full_mps2", [4.5, 6.7])
+def test_after_the_first_start_it_sets_off_as_planned(
+    load_kg: float, throttle_full_mps2: float, brake_full_mps2: float
+) -> None:
+    """Whatever its drive and brake are: who creeps beside people must not leap."""
+    one = rows_on(straight(8.0), 1.0)
+    rows = []
+    for k in range(4):
+        again = one.copy()
+        again[:, 0] += k * (one[-1, 0] + 3.0)
+        again[:, [1, 7]] += k * 8.0
+        rows.append(again)
+    plan = np.vstack(rows)
+    run = driven(
+        plan, load_kg=load_kg, throttle_full_mps2=throttle_full_mps2, brake_full_mps2=brake_full_mps2
+    )
+    trace = run.drive.trace
+    faster_mps = trace[:, 4] - np.interp(trace[:, 0], plan[:, 0], plan[:, 5])
+    assert run.drive.finished
+    assert faster_mps[trace[:, 0] > plan[len(one), 0]].max() < 0.08
+
+
 def test_pedals_do_not_dance() -> None:
     run = driven(rows_on(straight(60.0)))
     pedals = np.sign([command.throttle_ratio - command.brake_ratio for command in run.commands])
@@ -235,7 +259,9 @@ def test_a_vehicle_that_the_guard_holds_for_want_of_throttle_sets_off(disturbanc
     """
     rows = rows_on(straight(20.0), 2.0)
     state = HANDS.initial()
-    estimate = msgspec.structs.replace(state.estimate, disturbance_mps2=disturbance_mps2)
+    pedals = state.estimate.pedals
+    learned = msgspec.structs.replace(pedals, mean=np.array((disturbance_mps2, 1.0, 1.0)))
+    estimate = msgspec.structs.replace(state.estimate, pedals=learned)
     state = msgspec.structs.replace(state, estimate=estimate)
     throttles = []
     for tick in range(1, 60):
