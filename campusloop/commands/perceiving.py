@@ -5,7 +5,9 @@ from pathlib import Path
 
 import msgspec
 from rich.console import Console
+from rich.markup import escape
 
+from campusloop.scenes.stacks import profile_of
 from vehicle_agent.config import Profile, ProfileError, load_profile, profile_toml
 from vehicle_agent.stacks.choice import perception_lacks
 
@@ -35,9 +37,9 @@ def perceiving_profile(
 ) -> Path | None:
     """The file of a profile with this perception: the given one, or one that is written into the folder.
 
-    Raises ProfileError, OSError.
+    Without a path it is the campus shuttle. Raises ProfileError, OSError.
     """
-    profile = Profile() if path is None else load_profile(path)
+    profile = profile_of("gem") if path is None else load_profile(path)
     chosen = perceiving(perception, profile, has_scene=has_scene)
     if chosen == profile:
         return path
@@ -51,4 +53,4 @@ def tell_lacks(console: Console, profile: Profile) -> None:
     """Tell what own perception does without here."""
     lacks = perception_lacks(profile)
     if lacks:
-        console.print(f"[yellow]{lacks}[/yellow]", soft_wrap=True, highlight=False)
+        console.print(f"[yellow]{escape(lacks)}[/yellow]", soft_wrap=True, highlight=False)
