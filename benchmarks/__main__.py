@@ -14,6 +14,7 @@ BEGIN, END = "<!-- figures -->", "<!-- end of figures -->"
 SHORT_FORMS: tuple[tuple[str, ...], ...] = (
     ("benchmarks.loop", "--seconds", "20", "--virtual-seconds", "40"),
     ("benchmarks.tracking",),
+    ("benchmarks.tracking.stop_and_go",),
     ("benchmarks.identify", "--plants", "50"),
     ("benchmarks.monte_carlo", "--runs", "4", "--stacks", "snow_lion"),
     ("benchmarks.planner", "--seeds", "60"),

@@ -12,6 +12,7 @@ import pytest
 
 from benchmarks.tracking.reference_paths import PathFileError, lemniscate, recorded_path
 from benchmarks.tracking.scan_sensing import ScannedCurve
+from benchmarks.tracking.stop_and_go import judged, stop_and_go_rows
 from contract.geometry import Pose2, curvatures, resample, wrap_angle
 from simulator.sensors.gnss import GnssNoise
 from simulator.vehicle.plant import PlantView
@@ -35,6 +36,24 @@ def test_cross_track_is_measured_against_the_curve_even_where_it_crosses_itself(
     errors = path.cross_track_m(beside)
     assert np.abs(errors).max() <= 0.05 + 1e-9
     assert np.abs(path.cross_track_m(path.points[::50])).max() < 1e-9
+
+
+def test_a_set_off_that_leaps_and_a_stop_that_overruns_are_seen() -> None:
+    rows = stop_and_go_rows(seed=3, stops=6)
+    t = np.arange(-2.0, rows[-1, 0], 0.02)
+    trace = np.zeros((len(t), 7))
+    trace[:, 0] = t
+    trace[:, 1], trace[:, 4] = np.interp(t, rows[:, 0], rows[:, 7]), np.interp(t, rows[:, 0], rows[:, 5])
+    faster, beyond, ahead_m = judged(trace, rows)
+    assert len(faster) == len(beyond) == 6
+    assert max(faster.max(), beyond.max(), ahead_m) < 1e-9
+    trace[:, 4] += np.where(trace[:, 4] > 0.05, 0.2, 0.0)
+    trace[t > 0.5 * t[-1], 1] += 0.1
+    faster, beyond, ahead_m = judged(trace, rows)
+    assert faster == pytest.approx(np.full(6, 0.2), abs=0.01)
+    assert beyond[-1] == pytest.approx(0.1)
+    assert beyond[0] == pytest.approx(0.0, abs=1e-9)
+    assert ahead_m == pytest.approx(0.1)
 
 
 @pytest.mark.long
