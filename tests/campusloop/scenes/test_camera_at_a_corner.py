@@ -63,8 +63,8 @@ def test_a_camera_that_sees_nobody_saves_time_past_hidden_corners_and_a_lost_one
     without = time_s(driven(CORNER))
     told = time_s(driven(CORNER + CAMERA.format(says="truth")))
     lost = time_s(driven(CORNER + CAMERA.format(says="truth") + LOST))
-    assert told < without - 0.1
-    assert told < lost - 0.1
+    assert told < without - 0.05
+    assert told < lost - 0.05
 
 
 @pytest.mark.parametrize(
