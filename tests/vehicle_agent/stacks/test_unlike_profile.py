@@ -49,6 +49,15 @@ def test_a_road_steeper_than_any_load_explains_is_named_too() -> None:
     assert abs(downhill.trace.array()[-1, 4]) < 0.01
 
 
+@pytest.mark.parametrize("strength", [pytest.param(0.35, marks=pytest.mark.long), 2.6])
+def test_a_drive_far_stronger_or_weaker_than_its_profiles_is_named_too(strength: float) -> None:
+    full_mps2 = nominal_with_tyres(profile_of("snow_lion")).throttle_full_mps2
+    run = driven("snow_lion", throttle_full_mps2=strength * full_mps2)
+    assert "pedals_unlike_profile" in run.reported
+    assert run.time_s is None
+    assert abs(run.trace.array()[-1, 4]) < 0.01
+
+
 def test_after_a_resume_it_stops_again() -> None:
     once = driven("gem", steer_bias_rad=0.09)
     twice = driven("gem", resumes_s=(25.0,), steer_bias_rad=0.09)
