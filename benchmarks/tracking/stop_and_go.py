@@ -1,7 +1,7 @@
 """Setting off and stopping: `python -m benchmarks.tracking.stop_and_go --json F`.
 
-Among people a shuttle sets off again and again, and its plan allows beside somebody what the plan's own speed
-is safe for. A vehicle that is faster than planned is not safe there. Vehicles drawn from seeds
+Among people a shuttle sets off again and again. A plan is safe beside somebody at its own speed, so a vehicle
+must not be faster than planned. Vehicles drawn from seeds
 (`simulator/vehicle/random_plant.py`), of which Snow Lion's control knows the nominal profile alone, drive a
 straight with random set-offs, speeds and stops that are drawn from the same seeds. Figures:
 

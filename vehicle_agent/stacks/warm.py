@@ -36,7 +36,6 @@ from vehicle_agent.signals import (
 from vehicle_agent.signals.rates import TICK_NS
 from vehicle_agent.stacks.choice import build_car, build_planner
 from vehicle_agent.stacks.rooms import guard, height_map
-from vehicle_agent.stacks.snow_lion_control import control
 
 _TICKS = 60
 
@@ -100,6 +99,9 @@ def warm_guard(profile: Profile) -> None:
 
 def warm_rolling(profile: Profile) -> None:
     """Warms what Snow Lion's control learns from a vehicle that rolls: in the drive above it stands."""
+    # Its solver is not imported where another stack drives.
+    from vehicle_agent.stacks.snow_lion_control import control
+
     observer = control(profile).observer
     state, commands = observer.initial(), np.zeros((1, 3))
     for number in (1, 2):

@@ -160,13 +160,6 @@ class Observer(msgspec.Struct, frozen=True):
         """The identified response with the strength that was learned of its pedals."""
         return self.drivetrain.with_gains(state.pedals.drive_gain, state.pedals.brake_gain)
 
-    def accel_mps2(self, vehicle: Array, state: ObserverState) -> float:
-        """The acceleration of a vehicle (8,)."""
-        row = self.learned_drivetrain(state).row()
-        return state.disturbance_mps2 + float(
-            pedal_accel_mps2(vehicle[MTHROTTLE], vehicle[MBRAKE], vehicle[MSPEED], row)
-        )
-
     def _propagated(
         self, state: ObserverState, motion: VehicleMotion, commands: Array, standing: bool, may_learn: bool
     ) -> tuple[Array, PedalFilterState]:

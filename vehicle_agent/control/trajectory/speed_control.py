@@ -5,7 +5,7 @@ import numpy as np
 from numba import njit
 
 from contract.geometry import Array
-from vehicle_agent.control.actuators import MS, MSPEED, propagate
+from vehicle_agent.control.actuators import MBRAKE, MS, MSPEED, MTHROTTLE, pedal_accel_mps2, propagate
 from vehicle_agent.control.mpc.axis import AxisSolution, WarmStart, cold_start
 from vehicle_agent.control.mpc.longitudinal import LongitudinalMpc
 from vehicle_agent.control.trajectory.observer import Observer, ObserverState
@@ -81,6 +81,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
         The vehicle is at own_s_m, t_s after the rows' stamp.
         """
         drivetrain = observer.learned_drivetrain(estimate)
+        row = drivetrain.row()
         lead_s = drivetrain.brake_delay_s if state.pedals.braking else drivetrain.throttle_delay_s
         vehicle = estimate.vehicle.copy()
         vehicle[MS] = own_s_m
@@ -92,7 +93,7 @@ class SpeedControl(msgspec.Struct, frozen=True):
             estimate.disturbance_mps2,
             observer.turn_params(estimate),
             self.dt_s,
-            drivetrain.row(),
+            row,
         )
         N, dt_s = self.mpc.steps, self.mpc.dt_s
         positions_m, speeds_mps = reference_at_times(rows, s, t_s + lead_s, dt_s, N, self.decel_mps2_comfort)
@@ -107,7 +108,9 @@ class SpeedControl(msgspec.Struct, frozen=True):
         if self._is_standing(state.pedals, estimate.speed_mps, speeds_mps):
             new = SpeedControlState(self.pedal_controller.hold(state.pedals), 0.0, cold_start(N))
             return SpeedControlResult(new, np.zeros(N + 1), lead_s, behind_m, speed_error_mps, False, True, 0)
-        accel_mps2 = observer.accel_mps2(vehicle, estimate)
+        accel_mps2 = estimate.disturbance_mps2 + float(
+            pedal_accel_mps2(vehicle[MTHROTTLE], vehicle[MBRAKE], vehicle[MSPEED], row)
+        )
         solution = self._solved(state, speeds_mps, behind_m, speed_error_mps, vehicle, accel_mps2)
         command = state.accel_mps2 + float(solution.inputs[0]) * self.dt_s
         remaining_m = next_stop_m(rows, s, t_s + lead_s) - float(vehicle[MS])
