@@ -18,7 +18,7 @@ from vehicle_agent.perception.pillars.detector import PillarDetector
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
 from vehicle_agent.perception.signs.boards import SignFinder
-from vehicle_agent.perception.tracking.below_beams import FrontArea
+from vehicle_agent.perception.tracking.below_beams import NearArea
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals.pictures import PinholeCamera, optical_pose, pinhole_matrix
 from vehicle_agent.stacks.rooms import scan_thinning
@@ -27,10 +27,8 @@ from vehicle_agent.stacks.rooms import scan_thinning
 _OWN_M = 0.25
 # Nearer to the outline, the bonnet of a car is below the lowest beams.
 _BLIND_M = 1.7
-# So far before the bumper, and so far beside the front corner, all of a person may be below them.
+# So far before the bumper, and so far beside the body, all of a person may be below them.
 _BELOW_AHEAD_M, _BELOW_ASIDE_M = 3.5, 1.0
-# Who stands so far behind the bumper, beside the vehicle, does not step before it.
-_FRONT_CORNER_M = 0.5
 # Of a person, no more than what is higher than this is in beams that pass there: too little for a cluster.
 _HEAD_M = 1.35
 # The middle of a person is no nearer to the flank; before the bumper it may lean over by half of that.
@@ -119,8 +117,8 @@ def point_perception(profile: Profile) -> PointPerception:
         ),
         tracker=ObjectTracker(
             blind_m=(-body.rear_overhang_m - _BLIND_M, body.front_overhang_m + _BLIND_M, half_m + _BLIND_M),
-            below_beams=FrontArea(
-                begin_m=body.front_overhang_m - _FRONT_CORNER_M,
+            below_beams=NearArea(
+                begin_m=-body.rear_overhang_m,
                 bumper_m=body.front_overhang_m + 0.5 * _HALF_PERSON_M,
                 end_m=body.front_overhang_m + _BELOW_AHEAD_M,
                 half_width_m=half_m + _HALF_PERSON_M,

@@ -8,7 +8,7 @@ from contract.geometry import Pose2
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.deskew import straightened
 from vehicle_agent.perception.points.grid import PointGrid
-from vehicle_agent.perception.tracking.below_beams import FrontArea
+from vehicle_agent.perception.tracking.below_beams import NearArea
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals import VEHICLE
 from vehicle_agent.signals.objects import SeenObjects
@@ -17,7 +17,7 @@ from vehicle_agent.signals.objects import SeenObjects
 def warm_points() -> None:
     """Calls every kernel once: two people side by side on level ground, and a network's car."""
     straightened(np.zeros((1, 3), np.float32), np.zeros(1, np.float32), 1.0, 0.1)
-    tracker = ObjectTracker(below_beams=FrontArea(3.0, 3.5, 9.0, 0.8, 2.0))
+    tracker = ObjectTracker(below_beams=NearArea(3.0, 3.5, 9.0, 0.8, 2.0))
     perception = PointPerception(PointGrid(2.4, 3.5, 0.85, 0.8), tracker=tracker)
     points = _two_people()
     state = perception.initial()

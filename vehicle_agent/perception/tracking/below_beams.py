@@ -1,7 +1,8 @@
-"""People close before the bumper, over whose heads all beams pass.
+"""People close to the body, over whose heads all beams pass.
 
-Lidars on the roof and its corners do not see what is low and near. Who walks up to the bumper is seen by less
-and less of their head, and then not at all. They have not gone: whoever leaves is seen as they leave.
+Lidars on the roof and its corners do not see what is low and near. Who walks up to the bumper, or along the
+flank, is seen by less and less of their head, and then not at all. They have not gone: whoever leaves is seen
+as they leave.
 """
 
 from typing import NamedTuple
@@ -19,12 +20,14 @@ from vehicle_agent.signals.objects import SeenObjects
 _PLACE_STD_M, _VELOCITY_STD_MPS = 0.4, 0.6
 # They may have taken a step either way, and no more: else they would be seen.
 _SOMEWHERE_THERE = np.diag([_PLACE_STD_M**2] * 2 + [_VELOCITY_STD_MPS**2] * 2 + [0.0])
+# Who walked along the flank and does not come out at the corner has turned in, so far before the bumper, m.
+_CORNER_M = 0.2
 # Who leaves is seen so far outside the area, and beside the body so far behind its beginning, m.
 _BOUNDS_M, _BEHIND_M = 1.0, 3.0
 
 
-class FrontArea(NamedTuple):
-    """Where all of a person may be below the beams, base frame: before the bumper and beside its corners.
+class NearArea(NamedTuple):
+    """Where all of a person may be below the beams, base frame: before the bumper and beside the body.
 
     begin_m, end_m, side_m  x from, x to, and how far to either side
     bumper_m, half_width_m  behind the one and within the other is the body, where nobody can stand
@@ -43,6 +46,22 @@ class FrontArea(NamedTuple):
         within &= (aside < self.side_m + margin_m) & ~((x < self.bumper_m) & (aside < self.half_width_m))
         return within
 
+    def walking_on(self, places_base: Array, velocities_base: Array, drift: float) -> Array:
+        """(n, m, 2) velocities (n, m, 2) a scan later, of people at places (n, 2) whom no beam meets.
+
+        Beside the body they walk on along it. Who has come from there to before the bumper would be seen at
+        the corner if they went straight on: they have turned in. Anybody else before it stays, but for drift.
+        """
+        x, y = places_base[:, 0, None], places_base[:, 1, None]
+        along, across = velocities_base[..., 0], velocities_base[..., 1]
+        is_aside = np.abs(y) >= self.half_width_m
+        is_beside = is_aside & (x < self.bumper_m + _CORNER_M)
+        turns_in = is_aside & ~is_beside & (along > np.abs(across))
+        after: Array = np.empty_like(velocities_base)
+        after[..., 0] = np.where(is_beside, along, np.where(turns_in, 0.0, drift * along))
+        after[..., 1] = np.where(is_beside, 0.0, np.where(turns_in, -np.sign(y) * along, drift * across))
+        return after
+
     def is_left_at(self, places_base: Array) -> BoolArray:
         """(n,) places (n, 2) where who leaves comes into view: at its bounds, and beside the body."""
         x, aside = places_base[:, 0], np.abs(places_base[:, 1])
@@ -51,7 +70,7 @@ class FrontArea(NamedTuple):
         return at
 
 
-NO_AREA = FrontArea(0.0, 0.0, 0.0, 0.0, 0.0)
+NO_AREA = NearArea(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def mark_below(
@@ -59,22 +78,27 @@ def mark_below(
     kinds: IntArray,
     is_hit: BoolArray,
     pose_map: Pose2,
-    area: FrontArea,
+    area: NearArea,
     params: TrackerParams,
 ) -> None:
-    """Sets `is_below` after a scan, and makes those who are come to rest, in place.
+    """Sets `is_below` after a scan, and lets those who are walk on beside the body or come to rest, in place.
 
     kinds, is_hit (n,) of the tracks. Only the top was seen of them last, in the area or on their way into it.
     """
     tracks.is_below[:] = ~is_hit & may_be_below(tracks, kinds, pose_map, area, params)
     rows = np.flatnonzero(tracks.is_below)
-    tracks.means[rows, :, VX:TURN] *= params.below_drift
+    places = transform_points(inverse(pose_map), tracks.means[rows, 0, PX:VX])
+    velocities = tracks.means[rows, :, VX:TURN]
+    seen_from_base = transform_points(Pose2(0.0, 0.0, -pose_map.yaw_rad), velocities.reshape(-1, 2))
+    after = area.walking_on(places, seen_from_base.reshape(velocities.shape), params.below_drift)
+    turned_back = transform_points(Pose2(0.0, 0.0, pose_map.yaw_rad), after.reshape(-1, 2))
+    tracks.means[rows, :, VX:TURN] = turned_back.reshape(velocities.shape)
     tracks.means[rows, :, TURN] = 0.0
     tracks.covariances[rows] = _SOMEWHERE_THERE
 
 
 def may_be_below(
-    tracks: TrackTable, kinds: IntArray, pose_map: Pose2, area: FrontArea, params: TrackerParams
+    tracks: TrackTable, kinds: IntArray, pose_map: Pose2, area: NearArea, params: TrackerParams
 ) -> BoolArray:
     """(n,) who is below the beams, or may be in the next scan: so far the top of them is seen."""
     places = transform_points(inverse(pose_map), tracks.means[:, 0, PX:VX])
@@ -117,7 +141,7 @@ def found_again(
     measured: Array,
     seen: SeenObjects,
     new: IntArray,
-    area: FrontArea,
+    area: NearArea,
     dt_s: float,
     params: TrackerParams,
 ) -> tuple[IntArray, IntArray]:

@@ -9,7 +9,7 @@ from contract.geometry import Array, BoolArray, IntArray, Pose2, inverse, transf
 from vehicle_agent.perception.tracking.association import associate
 from vehicle_agent.perception.tracking.below_beams import (
     NO_AREA,
-    FrontArea,
+    NearArea,
     at_rest,
     found_again,
     mark_below,
@@ -70,7 +70,7 @@ class ObjectTracker(msgspec.Struct, frozen=True):
     params: TrackerParams = DEFAULT_PARAMS
     viewpoint_x_m: float = 1.3
     blind_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    below_beams: FrontArea = NO_AREA
+    below_beams: NearArea = NO_AREA
 
     def initial(self) -> ObjectTrackerState:
         return ObjectTrackerState(0, 1, no_tracks())

@@ -10,14 +10,14 @@ from tests.vehicle_agent.perception.test_height_map import a_scan
 from vehicle_agent.perception.own_tracks import TracksWorker
 from vehicle_agent.perception.points.chain import PointPerception
 from vehicle_agent.perception.points.grid import PointGrid
-from vehicle_agent.perception.tracking.below_beams import FrontArea
+from vehicle_agent.perception.tracking.below_beams import NearArea
 from vehicle_agent.perception.tracking.params import DEFAULT_PARAMS
 from vehicle_agent.perception.tracking.tracker import ObjectTracker
 from vehicle_agent.signals import PEDESTRIAN, TrackPercept
 from vehicle_agent.signals.objects import EgoMotion, SeenObjects
 
 BUMPER_M = 3.5
-AREA = FrontArea(BUMPER_M - 0.5, BUMPER_M, BUMPER_M + 3.5, 0.8, 1.8)
+AREA = NearArea(-0.85, BUMPER_M, BUMPER_M + 3.5, 0.8, 1.8)
 TRACKER = ObjectTracker(viewpoint_x_m=1.3, below_beams=AREA)
 HERE = Pose2(0.0, 0.0, 0.0)
 # Scans: seen as they come, the last of them by their top alone.
@@ -51,6 +51,15 @@ class Scene:
             percept = self.scan((x_m + left_m, -0.4), max(visible_m, 1.2 * left_m))
         return percept
 
+    def walks_along(
+        self, speed_mps: float, side: float, pose: Pose2, from_m: float = BUMPER_M - 0.9
+    ) -> TrackPercept:
+        """A person walks along the flank up to from_m, of whom the top of the head is seen at last."""
+        for k in range(COMES):
+            left_s = 0.1 * (COMES - 1 - k)
+            percept = self.scan((from_m - speed_mps * left_s, side * 1.25), 0.05 + 0.2 * left_s, pose)
+        return percept
+
     def nothing(self, scans: int, pose: Pose2 = HERE) -> TrackPercept:
         for _ in range(scans):
             percept = self.scan(None, 0.0, pose)
@@ -68,6 +77,43 @@ def test_who_walks_up_to_the_bumper_stays_there_until_they_are_seen_to_leave() -
         percept = scene.scan((BUMPER_M + 0.6, 1.0 + 0.1 * k), 0.3 + 0.1 * k)
     assert percept.ids.tolist() == number, "who appears beside them is them, and nobody stays behind"
     assert percept.velocities_base_mps[0, 1] == pytest.approx(1.0, abs=0.3)
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 2.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_who_walked_along_the_flank_and_does_not_come_out_at_the_corner_has_turned_in(
+    side: float, yaw_rad: float
+) -> None:
+    scene, pose = Scene(), Pose2(20.0, 5.0, yaw_rad)
+    number = scene.walks_along(1.2, side, pose).ids.tolist()
+    aside_m = [abs(scene.nothing(1, pose).poses_base[0, 1]) for _ in range(8)]
+    assert aside_m == pytest.approx([1.25] * 8, abs=0.1), "beside the body they can but walk on"
+    percept = scene.nothing(30, pose)
+    assert percept.ids.tolist() == number
+    x_m, y_m = percept.poses_base[0, :2]
+    assert BUMPER_M < x_m < BUMPER_M + 1.0
+    assert abs(y_m) < 0.8, "who would be seen elsewhere is before it"
+    for k in range(10):
+        percept = scene.scan((BUMPER_M + 0.8 + 0.1 * k, side * 1.2), 0.2 + 0.1 * k, pose)
+    assert percept.ids.tolist() == number, "who comes out at last is them, and nobody stays behind"
+
+
+def test_who_walks_back_along_the_flank_is_found_where_they_come_into_view() -> None:
+    scene = Scene()
+    number = scene.walks_along(-1.2, 1.0, HERE, from_m=BUMPER_M).ids.tolist()
+    percept = scene.nothing(10)
+    assert percept.poses_base[0, 0] < BUMPER_M - 1.0
+    for k in range(5):
+        percept = scene.scan((BUMPER_M - 1.6 - 0.12 * k, 1.25), 0.4)
+    assert percept.ids.tolist() == number
+
+
+def test_who_stands_beside_the_body_stays_beside_it() -> None:
+    scene = Scene()
+    number = scene.walks_along(0.0, 1.0, HERE).ids.tolist()
+    percept = scene.nothing(100)
+    assert percept.ids.tolist() == number
+    assert percept.poses_base[0, :2] == pytest.approx((BUMPER_M - 0.9, 1.25), abs=0.2)
 
 
 def test_who_appears_where_they_cannot_be_yet_is_somebody_else() -> None:
@@ -146,7 +192,7 @@ def roof_worker() -> TracksWorker:
     return TracksWorker(
         PointPerception(
             PointGrid(2.4, BUMPER_M, 0.85, 0.82),
-            tracker=ObjectTracker(below_beams=FrontArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
+            tracker=ObjectTracker(below_beams=NearArea(3.0, BUMPER_M, 9.0, 0.8, 1.8)),
         )
     )
 
