@@ -41,7 +41,8 @@ class SpeedControl(msgspec.Struct, frozen=True):
     ahead_m_max       bound of the opposite error, so that the vehicle does not crawl
     arrive_m, arrive_mps2  farther from a stop, or if it needs less braking, the MPC alone decides
     overrun_m         an overrun of a stop that is not worth a jolt
-    stand_mps         a slower vehicle stands, if no speed above start_mps is requested within start_s
+    stand_mps         a slower vehicle stands, if no speed above start_mps is requested within start_s: one
+                      that inches keeps people waiting who would walk on before it
     set_off_mps2      commanded where the guard or the gate holds the vehicle; small, so that it does not leap
     """
 
@@ -55,8 +56,8 @@ class SpeedControl(msgspec.Struct, frozen=True):
     arrive_mps2: float = 0.05
     overrun_m: float = 0.015
     stand_mps: float = 0.06
-    start_mps: float = 0.03
-    start_s: float = 0.3
+    start_mps: float = 0.12
+    start_s: float = 0.6
     set_off_mps2: float = 0.08
     decel_mps2_comfort: float = 0.8
     dt_s: float = 0.02

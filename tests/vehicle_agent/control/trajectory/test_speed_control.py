@@ -1,4 +1,4 @@
-"""Control follows a plan, and does not hurry after one that is ahead."""
+"""Control follows a plan, does not hurry after one that is ahead, and does not inch."""
 
 import msgspec
 import numpy as np
@@ -32,3 +32,20 @@ def test_a_plan_that_is_far_ahead_asks_for_no_more_than_one_that_is_a_little_ahe
     assert 0.0 < throttle(1.0, 0.0) < little
     assert far == little
     assert abs(faster - little) < 0.01
+
+
+def opened(creep_mps: float) -> bool:
+    """Whether a vehicle at rest lets its brake go for a plan that sets off to creep."""
+    observer, control = Observer(), SpeedControl()
+    t = 0.1 * np.arange(81)
+    speeds = np.minimum(0.4 * t, creep_mps)
+    s, flat = np.cumsum(speeds) * 0.1, np.zeros(len(t))
+    rows = np.column_stack((t, s, flat, flat, flat, speeds, flat, s))
+    state = control.initial()
+    result = control.step(state, observer.initial(), observer, np.zeros((20, 3)), rows, s, 0.0, 0.0, False)
+    return not result.state.pedals.holding
+
+
+def test_a_vehicle_at_rest_creeps_but_does_not_inch() -> None:
+    assert opened(0.25), "so fast the vehicle passes people who stand beside it"
+    assert not opened(0.08), "people wait for one that inches"
