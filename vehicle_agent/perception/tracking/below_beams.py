@@ -22,6 +22,8 @@ _PLACE_STD_M, _VELOCITY_STD_MPS = 0.4, 0.6
 _SOMEWHERE_THERE = np.diag([_PLACE_STD_M**2] * 2 + [_VELOCITY_STD_MPS**2] * 2 + [0.0])
 # Who walked along the flank and does not come out at the corner has turned in, so far before the bumper, m.
 _CORNER_M = 0.2
+# Whoever was slower than this when last seen stands: the rest is the track's error, m/s.
+_WALKS_MPS = 0.3
 # Who leaves is seen so far outside the area, and beside the body so far behind its beginning, m.
 _BOUNDS_M, _BEHIND_M = 1.0, 3.0
 
@@ -49,16 +51,17 @@ class NearArea(NamedTuple):
     def walking_on(self, places_base: Array, velocities_base: Array, drift: float) -> Array:
         """(n, m, 2) velocities (n, m, 2) a scan later, of people at places (n, 2) whom no beam meets.
 
-        Beside the body they walk on along it. Who has come from there to before the bumper would be seen at
-        the corner if they went straight on: they have turned in. Anybody else before it stays, but for drift.
+        Beside the body whoever walks goes on along it. If they went straight on beyond the bumper, they would
+        be seen at the corner: they have turned in. Anybody else stays, but for drift.
         """
         x, y = places_base[:, 0, None], places_base[:, 1, None]
         along, across = velocities_base[..., 0], velocities_base[..., 1]
         is_aside = np.abs(y) >= self.half_width_m
         is_beside = is_aside & (x < self.bumper_m + _CORNER_M)
+        walks_on = is_beside & (np.abs(along) >= _WALKS_MPS)
         turns_in = is_aside & ~is_beside & (along > np.abs(across))
         after: Array = np.empty_like(velocities_base)
-        after[..., 0] = np.where(is_beside, along, np.where(turns_in, 0.0, drift * along))
+        after[..., 0] = np.where(walks_on, along, np.where(turns_in, 0.0, drift * along))
         after[..., 1] = np.where(is_beside, 0.0, np.where(turns_in, -np.sign(y) * along, drift * across))
         return after
 

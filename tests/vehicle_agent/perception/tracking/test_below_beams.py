@@ -95,7 +95,7 @@ def test_who_walked_along_the_flank_and_does_not_come_out_at_the_corner_has_turn
     assert abs(y_m) < 0.8, "who would be seen elsewhere is before it"
     for k in range(10):
         percept = scene.scan((BUMPER_M + 0.8 + 0.1 * k, side * 1.2), 0.2 + 0.1 * k, pose)
-    assert percept.ids.tolist() == number, "who comes out at last is them, and nobody stays behind"
+    assert percept.ids.tolist() == number, "the same person has come out, and nobody is left behind"
 
 
 def test_who_walks_back_along_the_flank_is_found_where_they_come_into_view() -> None:
@@ -108,9 +108,11 @@ def test_who_walks_back_along_the_flank_is_found_where_they_come_into_view() -> 
     assert percept.ids.tolist() == number
 
 
-def test_who_stands_beside_the_body_stays_beside_it() -> None:
+@pytest.mark.parametrize("error_mps", [0.0, 0.15, -0.15])
+def test_who_stands_beside_the_body_stays_beside_it(error_mps: float) -> None:
+    """error_mps: what the track says of them as they are lost."""
     scene = Scene()
-    number = scene.walks_along(0.0, 1.0, HERE).ids.tolist()
+    number = scene.walks_along(error_mps, 1.0, HERE).ids.tolist()
     percept = scene.nothing(100)
     assert percept.ids.tolist() == number
     assert percept.poses_base[0, :2] == pytest.approx((BUMPER_M - 0.9, 1.25), abs=0.2)
